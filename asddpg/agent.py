@@ -1,0 +1,170 @@
+"""AsDDPG: Algorithm 1 of the paper. Without a controller the same code is DDPG."""
+
+import copy
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+from torch.optim import Adam
+
+from asddpg.assistance import assisted_reward
+from asddpg.config import LearningConfig
+from asddpg.controllers import Controller
+from asddpg.exploration import OrnsteinUhlenbeckNoise
+from asddpg.flat import FlatParameters
+from asddpg.losses import Batch, bellman_targets, critic_dqn_loss, policy_loss
+from asddpg.networks import CONTROLLER, POLICY, Networks, NetworkShape
+from asddpg.replay import ReplayBuffer, Transition
+from asddpg.types import Action, Decision, Driver, Observation, Step
+
+
+class AsDDPG:
+    """Policy, Critic-DQN and controller; drives and learns."""
+
+    def __init__(
+        self,
+        networks: Networks,
+        shape: NetworkShape,
+        config: LearningConfig,
+        replay: ReplayBuffer,
+        noise: OrnsteinUhlenbeckNoise,
+        controller: Controller | None,
+        device: torch.device,
+    ) -> None:
+        """Put the parts together.
+
+        Args:
+            networks: online networks, with a switch branch exactly if there is a controller.
+            shape: what they were built for.
+            config: how to learn.
+            replay: R.
+            noise: ε.
+            controller: the training wheels; None makes this DDPG.
+            device: where the networks live.
+        """
+        if (controller is None) != (networks.switch is None):
+            raise ValueError("a switch needs a controller to switch to, and a controller needs a switch")
+        self.networks = networks.to(device)
+        self.target = copy.deepcopy(self.networks).requires_grad_(False)
+        self.controller = controller
+        self.config = config
+        self.device = device
+        self._replay, self._noise = replay, noise
+        self._low = np.asarray(shape.action_low, dtype=np.float32)
+        self._high = np.asarray(shape.action_high, dtype=np.float32)
+        self._critic_dqn, self._policy = self._flatten(self.networks)
+        self._target_critic_dqn, self._target_policy = self._flatten(self.target)
+        self._critic_optimizer = Adam([self._critic_dqn.vector], lr=config.critic_learning_rate, fused=True)
+        self._policy_optimizer = Adam([self._policy.vector], lr=config.actor_learning_rate, fused=True)
+        self.updates = 0
+
+    @staticmethod
+    def _flatten(networks: Networks) -> tuple[FlatParameters, FlatParameters]:
+        return FlatParameters(networks.critic_dqn_parameters()), FlatParameters(list(networks.policy.parameters()))
+
+    # Driving ------------------------------------------------------------------------------------------------------
+
+    def begin_episode(self) -> None:
+        """Exploration noise starts anew."""
+        self._noise.reset()
+
+    def decide(self, observation: Observation) -> Decision:
+        """Algorithm 1, lines 9–15: the greedy switch, then the policy with noise, or the controller."""
+        return self._choose(observation, explore=True)
+
+    def decide_greedily(self, observation: Observation) -> Decision:
+        """The same without noise: how actor and controller drive together once trained."""
+        return self._choose(observation, explore=False)
+
+    @torch.no_grad()
+    def act(self, observation: Observation) -> Action:
+        """π(x), what the policy alone does: float32 (action_size,), physical units."""
+        action: Action = self.networks.policy(self._features(observation))[0].cpu().numpy()
+        return action
+
+    @torch.no_grad()
+    def _choose(self, observation: Observation, explore: bool) -> Decision:
+        features = self._features(observation)
+        actor_action: Action = self.networks.policy(features)[0].cpu().numpy()
+        weighed: dict[str, Any] = {"actor_action": actor_action}
+        driver = Driver.POLICY
+        if self.controller is not None and self.networks.switch is not None:
+            value, q = self.networks.switch.value_and_q(features)
+            q_policy, q_controller = q[0].tolist()
+            controller_action = self.controller.act(observation)
+            weighed |= {"q_policy": q_policy, "q_controller": q_controller, "value": value.item()}
+            weighed["controller_action"] = controller_action
+            if q_controller > q_policy:
+                return Decision(controller_action, Driver.CONTROLLER, **weighed)
+        if not explore:
+            return Decision(actor_action, driver, **weighed)
+        noise = self._noise.sample()
+        action = np.minimum(np.maximum(actor_action + noise, self._low), self._high)
+        return Decision(action, driver, noise=noise, **weighed)
+
+    def _features(self, observation: Observation) -> Tensor:
+        return self.networks.features(torch.from_numpy(observation).to(self.device)[None])
+
+    # Learning -----------------------------------------------------------------------------------------------------
+
+    def learn(self, step: Step) -> Mapping[str, float | Tensor]:
+        """Algorithm 1, lines 17–21: store the step, and once there are enough, update."""
+        driver = step.decision.driver
+        dense_reward = step.info.get("dense_reward", 0.0)
+        self._replay.add(
+            Transition(
+                observation=step.observation,
+                action=step.decision.action,
+                reward=assisted_reward(step.reward, dense_reward, driver, self.config.gamma_p),
+                discount=0.0 if step.terminated else 1.0,
+                next_observation=step.next_observation,
+                by_policy=float(driver is Driver.POLICY),
+            )
+        )
+        self._noise.advance()
+        if len(self._replay) < max(self.config.learning_starts, self.config.batch_size):
+            return {}
+        rows = torch.from_numpy(self._replay.sample(self.config.batch_size)).to(self.device)
+        return self.update(Batch.unpack(rows, self._replay.layout))
+
+    def update(self, batch: Batch) -> Mapping[str, Tensor]:
+        """One update: Critic-DQN by Eq. 4, policy by Eq. 5, then the soft targets."""
+        features = self.networks.features(batch.x)
+        targets = bellman_targets(batch, self.networks, self.target, self.config.gamma)
+        loss = critic_dqn_loss(batch, features, self.networks, targets)
+        self._critic_dqn.differentiate(loss.total)
+        self._critic_optimizer.step()
+
+        policy_objective = policy_loss(features.detach(), self.networks)
+        self._policy.differentiate(policy_objective)
+        self._policy_optimizer.step()
+
+        self._target_critic_dqn.follow(self._critic_dqn, self.config.tau)
+        self._target_policy.follow(self._policy, self.config.tau)
+        self.updates += 1
+        learned = {"critic_loss": loss.critic.detach(), "policy_loss": policy_objective.detach()}
+        if loss.switch is not None:
+            learned["switch_loss"] = loss.switch.detach()
+        return learned
+
+    # Keeping ------------------------------------------------------------------------------------------------------
+
+    def state(self) -> dict[str, Any]:
+        """Weights, targets and optimisers, for a checkpoint."""
+        return {
+            "networks": self.networks.state_dict(),
+            "target": self.target.state_dict(),
+            "policy_optimizer": self._policy_optimizer.state_dict(),
+            "critic_optimizer": self._critic_optimizer.state_dict(),
+            "updates": self.updates,
+        }
+
+    def load_state(self, state: Mapping[str, Any]) -> None:
+        """Take up what state() gave."""
+        self.networks.load_state_dict(state["networks"])
+        self.target.load_state_dict(state["target"])
+        self._policy_optimizer.load_state_dict(state["policy_optimizer"])
+        self._critic_optimizer.load_state_dict(state["critic_optimizer"])
+        self.updates = int(state["updates"])

@@ -1,0 +1,97 @@
+"""Puts environment and agent together from a configuration: where tasks and agent meet."""
+
+import dataclasses
+
+import gymnasium
+import numpy as np
+import torch
+
+from asddpg.agent import AsDDPG
+from asddpg.config import ControllerConfig, RewardConfig, TaskConfig, TrainConfig
+from asddpg.controllers import Controller, make_controller
+from asddpg.errors import UserError
+from asddpg.exploration import OrnsteinUhlenbeckNoise
+from asddpg.networks import Networks, NetworkShape
+from asddpg.replay import ReplayBuffer
+from asddpg.streams import stream
+from asddpg.types import Action
+from tasks import NavigationConfig, Reward, gymnasium_id
+
+
+def make_environment(task: TaskConfig, reward: RewardConfig) -> gymnasium.Env:
+    """The task as a Gymnasium environment, actions in m/s and rad/s."""
+    constants = dataclasses.asdict(task)
+    name, num_scans = constants.pop("name"), constants.pop("num_scans")
+    return gymnasium.make(
+        gymnasium_id(name),
+        reward=Reward(**dataclasses.asdict(reward)),
+        config=NavigationConfig(**constants),
+        num_scans=num_scans,
+    )
+
+
+def action_bounds(environment: gymnasium.Env) -> tuple[Action, Action]:
+    """Smallest and largest action."""
+    space = environment.action_space
+    assert isinstance(space, gymnasium.spaces.Box)
+    return space.low, space.high
+
+
+def controller_for(environment: gymnasium.Env, config: ControllerConfig) -> Controller:
+    """The controller for an environment's actions."""
+    return make_controller(config.type, config.gains, *action_bounds(environment))
+
+
+def make_agent(config: TrainConfig, environment: gymnasium.Env) -> AsDDPG:
+    """The agent of a run, untrained, its random streams from the run's seed."""
+    low, high = action_bounds(environment)
+    assert environment.observation_space.shape is not None
+    (observation_size,) = environment.observation_space.shape
+    scan_shape = getattr(environment.unwrapped, "scan_shape", None)
+    shape = NetworkShape(observation_size, scan_shape, low.tolist(), high.tolist(), config.network.widths)
+    learning, exploration = config.agent, config.exploration
+    return AsDDPG(
+        networks=_initial_networks(shape, learning.assisted, stream(config.seed, "weights")),
+        shape=shape,
+        config=learning,
+        replay=ReplayBuffer(learning.buffer_size, observation_size, len(low), stream(config.seed, "replay")),
+        noise=OrnsteinUhlenbeckNoise(
+            half_range=(high - low) / 2,
+            theta=exploration.theta,
+            sigma=exploration.sigma,
+            decay_steps=exploration.decay_steps,
+            final_scale=exploration.final_scale,
+            rng=stream(config.seed, "exploration"),
+        ),
+        controller=controller_for(environment, config.controller) if learning.assisted else None,
+        device=torch.device(config.device),
+    )
+
+
+def _initial_networks(shape: NetworkShape, with_switch: bool, rng: np.random.Generator) -> Networks:
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(int(rng.integers(2**63)))
+        return Networks(shape, with_switch)
+
+
+def check_device(device: str) -> None:
+    """UserError where torch has no such device."""
+    kind, _, index = device.partition(":")
+    if kind not in ("cpu", "cuda") or (index and not index.isdigit()):
+        raise UserError(f"there is no device {device!r}; there are cpu, cuda and cuda:<n>")
+    if kind == "cuda" and not torch.cuda.is_available():
+        raise UserError(f"device {device} needs a CUDA build of torch and a GPU, and there is none; cpu always works")
+    if kind == "cuda" and index and int(index) >= torch.cuda.device_count():
+        raise UserError(f"there is no {device}; there are {torch.cuda.device_count()} CUDA devices, counted from 0")
+    if kind == "cpu" and index not in ("", "0"):
+        raise UserError(f"there is no device {device!r}; the processor is cpu")
+
+
+def prepare_torch() -> None:
+    """One thread, and no denormals.
+
+    Small networks gain nothing from a second thread and lose much to it beside another process. Adam's moments of tiny
+    gradients become denormal numbers, on which a CPU is many times slower.
+    """
+    torch.set_num_threads(1)
+    torch.set_flush_denormal(True)

@@ -1,0 +1,111 @@
+"""From the words of a command line to a checked configuration, by Hydra."""
+
+import dataclasses
+import difflib
+from collections.abc import Sequence
+from typing import TypeVar
+
+from hydra import compose, initialize_config_module
+from hydra.core.config_store import ConfigStore
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import Override
+from hydra.errors import HydraException
+from omegaconf import DictConfig, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+
+from asddpg.config import EvaluateConfig, TrainConfig, check
+from asddpg.errors import UserError
+from tasks import ALL_TASKS
+from tasks.rewards import REWARDS
+
+Config = TypeVar("Config", TrainConfig, EvaluateConfig)
+
+GROUPS = {
+    "task": ALL_TASKS,
+    "agent": ("asddpg", "ddpg"),
+    "network": ("fc2x100", "fc3x100", "fc3x256"),
+    "reward": tuple(REWARDS),
+}
+
+
+def train_config(words: Sequence[str]) -> TrainConfig:
+    """The configuration of a training run; UserError where a word is wrong."""
+    return _compose(TrainConfig, "train", words, GROUPS)
+
+
+def evaluate_config(words: Sequence[str]) -> EvaluateConfig:
+    """The configuration of an evaluation; UserError where a word is wrong."""
+    return _compose(EvaluateConfig, "evaluate", words, {})
+
+
+def _compose(kind: type[Config], name: str, words: Sequence[str], groups: dict[str, tuple[str, ...]]) -> Config:
+    options = option_names(OmegaConf.structured(kind))
+    for override in _parse(words):
+        _check_name(override, options, groups)
+    _store_schemas()
+    try:
+        with initialize_config_module("asddpg.conf", version_base="1.3"):
+            composed = compose(name, overrides=list(words))
+        config = OmegaConf.to_object(composed)
+    except (HydraException, OmegaConfBaseException) as error:
+        raise UserError(_first_line(error)) from error
+    assert isinstance(config, kind)
+    check(config)
+    return config
+
+
+def _store_schemas() -> None:
+    store = ConfigStore.instance()
+    store.store("train_schema", TrainConfig)
+    store.store("evaluate", EvaluateConfig)
+    for name, reward in REWARDS.items():
+        store.store(name, dataclasses.asdict(reward), group="reward")
+
+
+def _parse(words: Sequence[str]) -> list[Override]:
+    parsed = []
+    for word in words:
+        try:
+            parsed += OverridesParser.create().parse_overrides([word])
+        except HydraException as error:
+            raise UserError(f"{word!r} is not an option of the form name=value, such as seed=1") from error
+    return parsed
+
+
+def _check_name(override: Override, options: Sequence[str], groups: dict[str, tuple[str, ...]]) -> None:
+    name = override.key_or_group
+    if override.is_delete() or override.is_add() or override.is_sweep_override() or override.package:
+        raise UserError(f"{override.input_line!r} is not an option of the form name=value, such as seed=1")
+    if name in groups:
+        if override.value() not in groups[name]:
+            raise UserError(f"there is no {name} {override.value()!r}; there are {', '.join(groups[name])}")
+    elif name not in options:
+        raise UserError(f"there is no option {name!r}; {_suggestion(name, [*groups, *options])}")
+
+
+def _suggestion(name: str, known: Sequence[str]) -> str:
+    last = name.rsplit(".", 1)[-1]
+    alike = [option for option in known if option.rsplit(".", 1)[-1] == last]
+    alike = alike or difflib.get_close_matches(name, known, n=3, cutoff=0.6)
+    if alike:
+        return f"did you mean {' or '.join(alike)}?"
+    return f"there are {', '.join(known)}"
+
+
+def option_names(config: DictConfig, prefix: str = "") -> list[str]:
+    """Every option by its full name, such as `agent.batch_size`."""
+    names: list[str] = []
+    for key in config:
+        node = config._get_node(key)
+        names += option_names(node, f"{prefix}{key}.") if isinstance(node, DictConfig) else [f"{prefix}{key}"]
+    return names
+
+
+def _first_line(error: Exception) -> str:
+    """The first line of the deepest cause: Hydra wraps OmegaConf's message in its own."""
+    cause: BaseException = error
+    while cause.__cause__ is not None:
+        cause = cause.__cause__
+    lines = [line.strip() for line in str(cause).splitlines()]
+    key = next((line.removeprefix("full_key: ") for line in lines if line.startswith("full_key: ")), "")
+    return f"{key}: {lines[0]}" if key else lines[0]

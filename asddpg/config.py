@@ -1,0 +1,238 @@
+"""Every option of a training run and of an evaluation, its default and its range."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any
+
+from asddpg.errors import UserError
+
+
+@dataclass
+class TaskConfig:
+    """The room and the constants of the task."""
+
+    # One of tasks.ALL_TASKS.
+    name: str = "nav_complex"
+    # Seconds between two commands.
+    control_timestep: float = 0.2
+    # Metres between base and goal at which the goal counts as reached.
+    goal_radius: float = 0.3
+    # Steps after which an episode is broken off.
+    time_limit_steps: int = 200
+    # m/s.
+    max_linear_velocity: float = 0.5
+    # rad/s.
+    max_angular_velocity: float = 1.0471975511965976
+    # Scans stacked in the observation.
+    num_scans: int = 3
+
+
+@dataclass
+class RewardConfig:
+    """Constants of the reward; tasks/rewards.py gives the formula."""
+
+    name: str = "sparse"
+    progress: float = 0.0
+    time_penalty: float = 0.05
+    reach: float = 5.0
+    crash: float = -5.0
+
+
+@dataclass
+class NetworkConfig:
+    """Widths of the fully connected layers, alike in policy and critic."""
+
+    name: str = "fc3x256"
+    widths: list[int] = field(default_factory=lambda: [256, 256, 256])
+
+
+@dataclass
+class LearningConfig:
+    """How AsDDPG learns."""
+
+    name: str = "asddpg"
+    # Whether a controller assists; without one AsDDPG is DDPG.
+    assisted: bool = True
+    # γ, discount of a step.
+    gamma: float = 0.99
+    # τ, share of the way the targets move at each update.
+    tau: float = 0.005
+    # Adam's step for the policy.
+    actor_learning_rate: float = 1e-4
+    # Adam's step for the Critic-DQN.
+    critic_learning_rate: float = 1e-3
+    # N of Algorithm 1, transitions an update.
+    batch_size: int = 32
+    # Transitions the replay buffer holds.
+    buffer_size: int = 100_000
+    # Transitions gathered before the first update.
+    learning_starts: int = 1000
+    # γ_p on the controller's positive dense rewards; 1 makes its help free.
+    gamma_p: float = 0.5
+
+
+@dataclass
+class ControllerConfig:
+    """The controller that assists, or drives alone as a baseline."""
+
+    # `proportional`, or one's own as package.module:Factory.
+    type: str = "proportional"
+    # P_l in 1/s and P_r in rad/(s·m).
+    gains: list[float] = field(default_factory=lambda: [1.0, 1.0])
+
+
+@dataclass
+class ExplorationConfig:
+    """Ornstein-Uhlenbeck noise on the policy's actions, in units of half an action's range."""
+
+    # Share of the noise lost at each step.
+    theta: float = 0.15
+    # Standard deviation of what each step adds.
+    sigma: float = 0.2
+    # Training steps after which the noise has faded to its final scale; 0 fades it at once.
+    decay_steps: int = 50_000
+    # Scale from then on.
+    final_scale: float = 0.1
+
+
+@dataclass
+class ValidationConfig:
+    """Evaluations of the actor alone on the stored validation set, while training."""
+
+    # Training steps between two; 0 for none.
+    every: int = 10_000
+    # Pairs used, of the 50 stored.
+    episodes: int = 50
+
+
+@dataclass
+class TrainConfig:
+    """`python -m asddpg.train`."""
+
+    task: TaskConfig = field(default_factory=TaskConfig)
+    reward: RewardConfig = field(default_factory=RewardConfig)
+    network: NetworkConfig = field(default_factory=NetworkConfig)
+    agent: LearningConfig = field(default_factory=LearningConfig)
+    controller: ControllerConfig = field(default_factory=ControllerConfig)
+    exploration: ExplorationConfig = field(default_factory=ExplorationConfig)
+    validation: ValidationConfig = field(default_factory=ValidationConfig)
+    # Of every random stream of the run.
+    seed: int = 0
+    # Control steps to train for.
+    total_steps: int = 100_000
+    # Pairs of the stored test set, of 200, that the trained actor is tested on; 0 for none.
+    test_episodes: int = 200
+    # Where the run is kept; null makes runs/<time>_<task>_<agent>_seed<seed>.
+    run_dir: str | None = None
+    # cpu, cuda or cuda:<n>.
+    device: str = "cpu"
+
+
+@dataclass
+class EvaluateConfig:
+    """`python -m asddpg.evaluate`."""
+
+    # Folder of a training run; null with agent=controller or agent=random.
+    run: str | None = None
+    # Checkpoint of the run: last or best.
+    checkpoint: str = "last"
+    # Who drives a trained run: actor (alone, no noise) or switch (actor and controller).
+    driver: str = "actor"
+    # A baseline instead of a run: controller or random.
+    agent: str | None = None
+    # null takes the run's.
+    task: str | None = None
+    controller: ControllerConfig = field(default_factory=ControllerConfig)
+    episodes: int = 200
+    # Of freshly drawn start-goal pairs; null takes the stored test set.
+    seed: int | None = None
+    device: str = "cpu"
+
+
+def _positive(value: float) -> bool:
+    return value > 0
+
+
+def _not_negative(value: float) -> bool:
+    return value >= 0
+
+
+def _share(value: float) -> bool:
+    return 0 <= value <= 1
+
+
+def _two_finite(values: list[float]) -> bool:
+    return len(values) == 2 and all(abs(value) < 1e6 for value in values)
+
+
+def _layers(widths: list[int]) -> bool:
+    return len(widths) >= 2 and all(1 <= width <= 65_536 for width in widths)
+
+
+Rule = tuple[Callable[[Any], bool], str]
+
+_POSITIVE: Rule = (_positive, "greater than 0")
+_NOT_NEGATIVE: Rule = (_not_negative, "0 or more")
+_SHARE: Rule = (_share, "from 0 to 1")
+_SEED: Rule = (lambda value: 0 <= value < 2**63, "from 0 to 2^63 − 1")
+
+RULES: dict[str, Rule] = {
+    "seed": _SEED,
+    "total_steps": _POSITIVE,
+    "test_episodes": (lambda value: 0 <= value <= 200, "from 0 to 200, the size of the stored test set"),
+    "episodes": _POSITIVE,
+    "validation.every": _NOT_NEGATIVE,
+    "validation.episodes": (lambda value: 1 <= value <= 50, "from 1 to 50, the size of the stored validation set"),
+    "task.control_timestep": (lambda value: 0.01 <= value <= 2, "from 0.01 to 2 s"),
+    "task.goal_radius": _POSITIVE,
+    "task.time_limit_steps": _POSITIVE,
+    "task.max_linear_velocity": (lambda value: 0 < value <= 1.2, "above 0 and up to the robot's 1.2 m/s"),
+    "task.max_angular_velocity": (lambda value: 0 < value <= 5.24, "above 0 and up to the robot's 5.24 rad/s"),
+    "task.num_scans": (lambda value: 1 <= value <= 100, "from 1 to 100"),
+    "reward.progress": _NOT_NEGATIVE,
+    "reward.time_penalty": _NOT_NEGATIVE,
+    "reward.reach": _NOT_NEGATIVE,
+    "reward.crash": (lambda value: value <= 0, "0 or less"),
+    "network.widths": (_layers, "two or more layers of 1 to 65536 neurons"),
+    "agent.gamma": (lambda value: 0 <= value < 1, "from 0 to below 1"),
+    "agent.tau": (lambda value: 0 < value <= 1, "above 0 and up to 1"),
+    "agent.actor_learning_rate": _POSITIVE,
+    "agent.critic_learning_rate": _POSITIVE,
+    "agent.batch_size": _POSITIVE,
+    "agent.buffer_size": _POSITIVE,
+    "agent.learning_starts": _NOT_NEGATIVE,
+    "agent.gamma_p": _SHARE,
+    "controller.gains": (_two_finite, "two finite numbers, P_l and P_r"),
+    "exploration.theta": _SHARE,
+    "exploration.sigma": _NOT_NEGATIVE,
+    "exploration.decay_steps": _NOT_NEGATIVE,
+    "exploration.final_scale": _SHARE,
+    "checkpoint": (lambda value: value in ("last", "best"), "last or best"),
+    "driver": (lambda value: value in ("actor", "switch"), "actor or switch"),
+}
+
+
+def check(config: TrainConfig | EvaluateConfig) -> None:
+    """Check every value against its range.
+
+    Raises:
+        UserError: the first value out of range, named with the range.
+    """
+    for name, (is_right, wanted) in RULES.items():
+        value = _lookup(config, name)
+        if value is not None and not is_right(value):
+            raise UserError(f"{name} must be {wanted}, not {value}")
+    if isinstance(config, TrainConfig):
+        _check_buffer(config.agent)
+
+
+def _check_buffer(agent: LearningConfig) -> None:
+    for name, value in (("batch_size", agent.batch_size), ("learning_starts", agent.learning_starts)):
+        if value > agent.buffer_size:
+            raise UserError(f"agent.{name} must be at most agent.buffer_size, {agent.buffer_size}, not {value}")
+
+
+def _lookup(config: Any, name: str) -> Any:
+    for part in name.split("."):
+        config = getattr(config, part, None)
+    return config

@@ -1,0 +1,119 @@
+"""Evaluate: `python -m asddpg.evaluate run=<run_dir> episodes=200`, or a baseline, `agent=controller task=nav_complex`."""
+
+import dataclasses
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+from omegaconf import OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+from tqdm import tqdm
+
+from asddpg import checkpoint
+from asddpg.build import action_bounds, check_device, controller_for, make_agent, make_environment, prepare_torch
+from asddpg.compose import evaluate_config, train_config
+from asddpg.config import EvaluateConfig, TrainConfig, check
+from asddpg.drivers import FixedDriver, actor_alone, controller_alone, random_actor, with_switch
+from asddpg.errors import UserError
+from asddpg.evaluation import evaluate, table
+from asddpg.program import run
+from asddpg.run_folder import RunFolder, open_run_folder, read_config, write_json
+from asddpg.streams import stream
+from asddpg.train import hash_of, versions
+from tasks import ALL_TASKS
+from tasks.fresh_pairs import fresh_pairs
+from tasks.held_out import Pair, held_out_pairs
+
+BASELINES = ("controller", "random")
+
+
+def main(words: Sequence[str]) -> None:
+    """Compose, drive, print the table, write evaluation.json."""
+    config = evaluate_config(words)
+    check_device(config.device)
+    prepare_torch()
+    if config.task is not None and config.task not in ALL_TASKS:
+        raise UserError(f"there is no task {config.task!r}; there are {', '.join(ALL_TASKS)}")
+    if config.agent is not None:
+        _evaluate_baseline(config)
+    elif config.run is not None:
+        _evaluate_run(config, open_run_folder(config.run))
+    else:
+        raise UserError(f"evaluate what? run=<run_dir>, or agent={'|'.join(BASELINES)} with task=")
+
+
+def _evaluate_run(config: EvaluateConfig, folder: RunFolder) -> None:
+    trained, made_with = _trained_config(folder)
+    trained.device = config.device
+    trained.task.name = config.task or trained.task.name
+    environment = make_environment(trained.task, trained.reward)
+    agent = make_agent(trained, environment)
+    step = checkpoint.load(folder.checkpoint(config.checkpoint), agent)
+    if config.driver == "switch" and agent.controller is None:
+        raise UserError("driver=switch needs a run with a controller, and this one is DDPG; driver=actor works")
+    driver = with_switch(agent) if config.driver == "switch" else actor_alone(agent)
+    if config.task in (None, trained.task.name) and hash_of(environment) != made_with.get("model_hash"):
+        print("note: the scene's model is not the one this run was trained on")
+    what = f"{folder.path}, {config.checkpoint} checkpoint (step {step}), driver {config.driver}"
+    _drive(config, trained, environment, driver, what, folder.evaluation)
+
+
+def _trained_config(folder: RunFolder) -> tuple[TrainConfig, dict[str, str]]:
+    values, made_with = read_config(folder)
+    try:
+        merged = OmegaConf.merge(OmegaConf.structured(TrainConfig), values)
+        trained = OmegaConf.to_object(merged)
+        assert isinstance(trained, TrainConfig)
+        check(trained)
+    except (OmegaConfBaseException, UserError) as error:
+        raise UserError(f"{folder.config} is not a configuration of this version: {error}") from error
+    return trained, made_with
+
+
+def _evaluate_baseline(config: EvaluateConfig) -> None:
+    if config.agent not in BASELINES:
+        raise UserError(f"there is no baseline {config.agent!r}; there are {', '.join(BASELINES)}; a trained agent is run=")
+    if config.run is not None or config.task is None:
+        raise UserError(f"agent={config.agent} needs task= and no run=, such as task={ALL_TASKS[-1]}")
+    defaults = train_config([f"task={config.task}"])
+    environment = make_environment(defaults.task, defaults.reward)
+    if config.agent == "controller":
+        driver = controller_alone(controller_for(environment, config.controller))
+    else:
+        driver = random_actor(*action_bounds(environment), stream(config.seed or 0, "exploration"))
+    _drive(config, defaults, environment, driver, f"{config.agent} on {config.task}", Path("evaluation.json"))
+
+
+def _drive(
+    config: EvaluateConfig, trained: TrainConfig, environment: gymnasium.Env, driver: FixedDriver, what: str, path: Path
+) -> None:
+    pairs, pairs_name = _pairs(config, trained.task.name, trained.task.goal_radius)
+    with tqdm(total=len(pairs), unit=" episodes", leave=False) as bar:
+        figures = evaluate(
+            environment, driver, pairs, trained.task.control_timestep, after_episode=lambda episode: _tick(bar)
+        )
+    print(f"{what}, {trained.task.name}, {pairs_name}\n{table({config.driver if config.run else config.agent or '': figures})}")
+    content: dict[str, Any] = {"what": what, "task": trained.task.name, "set": pairs_name, **figures.as_dict()}
+    content |= {"controller_gains": list(config.controller.gains)} if config.agent == "controller" else {}
+    write_json(path, content | versions() | {"model_hash": hash_of(environment)})
+    print(f"written to {path}")
+
+
+def _tick(bar: "tqdm[Any]") -> None:
+    bar.update()
+
+
+def _pairs(config: EvaluateConfig, task_name: str, goal_radius: float) -> tuple[Sequence[Pair], str]:
+    if config.seed is not None:
+        rng = np.random.default_rng(config.seed)
+        return fresh_pairs(task_name, rng, config.episodes, goal_radius), f"{config.episodes} fresh pairs, seed {config.seed}"
+    stored = held_out_pairs(task_name, "test")
+    if config.episodes > len(stored):
+        raise UserError(f"the stored test set has {len(stored)} pairs, not {config.episodes}; seed= draws fresh ones")
+    return stored[: config.episodes], f"{config.episodes} stored test pairs"
+
+
+if __name__ == "__main__":
+    run(main, f"{__doc__}\n\nOptions: {', '.join(field.name for field in dataclasses.fields(EvaluateConfig))}")

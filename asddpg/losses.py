@@ -1,0 +1,95 @@
+"""The equations of the paper, in its letters. Shapes: B batch, O observation, A action."""
+
+from typing import NamedTuple
+
+import torch
+from torch import Tensor
+
+from asddpg.networks import CONTROLLER, POLICY, Networks
+from asddpg.replay import Layout
+
+
+class Batch(NamedTuple):
+    """Transitions (x, a, r, x', σ) and the discount of what follows, 0 after an end."""
+
+    x: Tensor  # [B, O]
+    a: Tensor  # [B, A]
+    r: Tensor  # [B]
+    discount: Tensor  # [B]
+    by_policy: Tensor  # [B], σ
+    x_next: Tensor  # [B, O]
+
+    @classmethod
+    def unpack(cls, rows: Tensor, layout: Layout) -> "Batch":
+        """Views of packed rows, [B, layout.width]."""
+        return cls(
+            x=rows[:, layout.observation],
+            a=rows[:, layout.action],
+            r=rows[:, layout.reward],
+            discount=rows[:, layout.discount],
+            by_policy=rows[:, layout.by_policy],
+            x_next=rows[:, layout.next_observation],
+        )
+
+
+class Targets(NamedTuple):
+    """y^A and y^Q of Eq. 4, each [B]; y^Q is None without a switch."""
+
+    y_a: Tensor
+    y_q: Tensor | None
+
+
+@torch.no_grad()
+def bellman_targets(batch: Batch, online: Networks, target: Networks, gamma: float) -> Targets:
+    """Eq. 4, first two lines.
+
+    y^A = r + γ Q^A'(x', π'(x')),  y^Q = r + γ Q'(x', argmax_σ Q(x', σ)): the online switch chooses, the target switch
+    rates (double DQN). After the end of an episode nothing is added; after a time limit everything is.
+    """
+    gamma_next = gamma * batch.discount
+    next_features = target.features(batch.x_next)
+    y_a = batch.r + gamma_next * target.critic(next_features, target.policy(next_features))
+    if online.switch is None or target.switch is None:
+        return Targets(y_a, None)
+    sigma = online.switch(online.features(batch.x_next)).argmax(dim=1, keepdim=True)
+    y_q = batch.r + gamma_next * target.switch(next_features).gather(1, sigma).squeeze(1)
+    return Targets(y_a, y_q)
+
+
+class CriticLoss(NamedTuple):
+    """Eq. 4's L and its two parts."""
+
+    total: Tensor
+    critic: Tensor
+    switch: Tensor | None
+
+
+def critic_dqn_loss(batch: Batch, features: Tensor, online: Networks, targets: Targets) -> CriticLoss:
+    """Eq. 4, last line: L = mean (y^A − Q^A(x, a))² + mean (y^Q − Q(x, σ))²; `features` are the online ones of x."""
+    critic = torch.square(targets.y_a - online.critic(features, batch.a)).mean()
+    if online.switch is None or targets.y_q is None:
+        return CriticLoss(critic, critic, None)
+    q = online.switch(features)
+    q_taken = torch.where(batch.by_policy > 0.5, q[:, POLICY], q[:, CONTROLLER])
+    switch = torch.square(targets.y_q - q_taken).mean()
+    return CriticLoss(critic + switch, critic, switch)
+
+
+def policy_loss(features: Tensor, online: Networks) -> Tensor:
+    """Eq. 5: the policy climbs A(x, π(x)) = Q^A(x, π(x)) − V(x).
+
+    V does not depend on the action, so ∇_a A = ∇_a Q^A and V need not be computed; tests compare the two gradients.
+
+    Args:
+        features: of x, [B, F], without gradient: Eq. 5 trains the policy alone.
+        online: the networks.
+    """
+    return -online.critic(features, online.policy(features)).mean()
+
+
+def advantage(features: Tensor, action: Tensor, online: Networks) -> Tensor:
+    """A(x, a) = Q^A(x, a) − V(x), [B], with V of the dueling switch branch (section IV-B)."""
+    if online.switch is None:
+        raise ValueError("without a switch branch there is no V(x) to take the advantage over")
+    value, _ = online.switch.value_and_q(features)
+    return online.critic(features, action) - value

@@ -1,0 +1,147 @@
+"""The networks of the paper's Fig. 2: feature extraction, policy, Critic-DQN.
+
+Shapes: B batch, O observation, F features, A action.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+POLICY, CONTROLLER = 0, 1  # columns of Q(x, σ)
+
+
+class NetworkShape(NamedTuple):
+    """What the networks are built for.
+
+    Attributes:
+        observation_size: length of the flat observation.
+        scan_shape: (scans, beams) at its head, which the convolutions see; None for a task without scans.
+        action_low: smallest action, physical units.
+        action_high: largest action, physical units.
+        widths: of the fully connected layers, alike in policy and critic.
+    """
+
+    observation_size: int
+    scan_shape: tuple[int, int] | None
+    action_low: Sequence[float]
+    action_high: Sequence[float]
+    widths: Sequence[int]
+
+
+class Features(nn.Module):
+    """Feature extraction: 1-D convolutions with ReLU over the stacked scans, next to the rest of the observation."""
+
+    def __init__(self, observation_size: int, scan_shape: tuple[int, int] | None) -> None:
+        super().__init__()
+        self.scan_shape = scan_shape
+        if scan_shape is None:
+            self.size = observation_size
+            return
+        scans, beams = scan_shape
+        self.convolutions = nn.Sequential(
+            nn.Conv1d(scans, 32, kernel_size=5, stride=2), nn.ReLU(), nn.Conv1d(32, 32, kernel_size=3, stride=2), nn.ReLU()
+        )
+        with torch.no_grad():
+            extracted = self.convolutions(torch.zeros(1, scans, beams)).numel()
+        self.size = extracted + observation_size - scans * beams
+
+    def forward(self, observation: Tensor) -> Tensor:  # [B, O] → [B, F]
+        if self.scan_shape is None:
+            return observation
+        scans, beams = self.scan_shape
+        extracted = self.convolutions(observation[:, : scans * beams].view(-1, scans, beams))
+        return torch.cat([extracted.flatten(1), observation[:, scans * beams :]], dim=1)
+
+
+class Policy(nn.Module):
+    """π(x): fully connected layers over the features; sigmoid for an action from 0 up, tanh for one of both signs."""
+
+    def __init__(self, shape: NetworkShape, features: int) -> None:
+        super().__init__()
+        self.hidden = mlp([features, *shape.widths])
+        self.out = small_linear(shape.widths[-1], len(shape.action_low))
+        low, high = torch.tensor(shape.action_low), torch.tensor(shape.action_high)
+        self.register_buffer("middle", (high + low) / 2, persistent=False)
+        self.register_buffer("half_range", (high - low) / 2, persistent=False)
+        # sigmoid(z) = (1 + tanh(z/2)) / 2: over its own range it is tanh of half the input.
+        self.register_buffer("steepness", torch.where(low == 0.0, 0.5, 1.0), persistent=False)
+
+    def forward(self, features: Tensor) -> Tensor:  # [B, F] → [B, A], physical units
+        squashed = torch.tanh(self.out(self.hidden(features)) * self.steepness)
+        return self.middle + self.half_range * squashed
+
+
+class CriticBranch(nn.Module):
+    """Q^A(x, a): the action joins at the second layer; no activation at the output."""
+
+    def __init__(self, shape: NetworkShape, features: int) -> None:
+        super().__init__()
+        widths = shape.widths
+        self.first = nn.Linear(features, widths[0])
+        self.rest = mlp([widths[0] + len(shape.action_low), *widths[1:]])
+        self.out = small_linear(widths[-1], 1)
+        low, high = torch.tensor(shape.action_low), torch.tensor(shape.action_high)
+        self.register_buffer("middle", (high + low) / 2, persistent=False)
+        self.register_buffer("half_range", (high - low) / 2, persistent=False)
+
+    def forward(self, features: Tensor, action: Tensor) -> Tensor:  # [B, F], [B, A] → [B]
+        scaled = (action - self.middle) / self.half_range
+        hidden = functional.relu(self.first(features))
+        return self.out(self.rest(torch.cat([hidden, scaled], dim=1))).squeeze(1)
+
+
+class SwitchBranch(nn.Module):
+    """Q(x, σ), dueling: V(x) + advantage of each σ less their mean (Wang et al., 2015)."""
+
+    def __init__(self, shape: NetworkShape, features: int) -> None:
+        super().__init__()
+        self.hidden = mlp([features, *shape.widths])
+        self.value = small_linear(shape.widths[-1], 1)
+        self.advantage = small_linear(shape.widths[-1], 2)
+
+    def forward(self, features: Tensor) -> Tensor:  # [B, F] → [B, 2], columns POLICY, CONTROLLER
+        return self.value_and_q(features)[1]
+
+    def value_and_q(self, features: Tensor) -> tuple[Tensor, Tensor]:
+        """V(x), [B], and Q(x, σ), [B, 2]."""
+        hidden = self.hidden(features)
+        value, advantage = self.value(hidden), self.advantage(hidden)
+        return value.squeeze(1), value + advantage - advantage.mean(dim=1, keepdim=True)
+
+
+class Networks(nn.Module):
+    """Everything that has a target: policy, critic branch and, where there is a controller, switch branch.
+
+    The convolutions are shared: the paper draws one feature extraction before all three parts. Eq. 4 trains them; the
+    policy takes the features as they are.
+    """
+
+    def __init__(self, shape: NetworkShape, with_switch: bool) -> None:
+        super().__init__()
+        self.features = Features(shape.observation_size, shape.scan_shape)
+        self.policy = Policy(shape, self.features.size)
+        self.critic = CriticBranch(shape, self.features.size)
+        self.switch = SwitchBranch(shape, self.features.size) if with_switch else None
+
+    def critic_dqn_parameters(self) -> list[nn.Parameter]:
+        """What Eq. 4 trains."""
+        return [parameter for name, parameter in self.named_parameters() if not name.startswith("policy.")]
+
+
+def mlp(sizes: Sequence[int]) -> nn.Sequential:
+    """Fully connected layers, each followed by ReLU."""
+    layers: list[nn.Module] = []
+    for fan_in, fan_out in zip(sizes[:-1], sizes[1:], strict=True):
+        layers += [nn.Linear(fan_in, fan_out), nn.ReLU()]
+    return nn.Sequential(*layers)
+
+
+def small_linear(fan_in: int, fan_out: int) -> nn.Linear:
+    """An output layer with weights within ±0.003, so that first actions and values are near the middle (DDPG)."""
+    layer = nn.Linear(fan_in, fan_out)
+    nn.init.uniform_(layer.weight, -3e-3, 3e-3)
+    nn.init.uniform_(layer.bias, -3e-3, 3e-3)
+    return layer

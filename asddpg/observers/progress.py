@@ -1,0 +1,44 @@
+"""The progress bar."""
+
+from collections.abc import Mapping
+from typing import Any
+
+from tqdm import tqdm
+
+from asddpg.observers.metrics_log import RecentEpisodes
+from asddpg.types import Driver, Episode, Observation, Step
+
+
+class ProgressBar:
+    """Steps a second and time left; outcomes of the last 100 episodes; controller share of the last 1000 steps or so."""
+
+    def __init__(self, total_steps: int) -> None:
+        self._bar = tqdm(total=total_steps, unit=" steps", unit_scale=False, smoothing=0.05, mininterval=0.5)
+        self._recent = RecentEpisodes()
+        self._share = 0.0
+
+    def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
+        """Nothing to show."""
+
+    def step(self, step: Step, learned: Mapping[str, float]) -> None:
+        """Move on by one."""
+        self._share += 0.001 * ((step.decision.driver is Driver.CONTROLLER) - self._share)
+        self._bar.update()
+
+    def end_episode(self, episode: Episode) -> None:
+        """Show the outcomes."""
+        self._recent.add(episode.outcome)
+        share = self._recent.share
+        self._bar.set_postfix_str(
+            f"reach {share('reached'):.2f} crash {share('crashed'):.2f} time-out {share('timeout'):.2f} "
+            f"controller {self._share:.2f}",
+            refresh=False,
+        )
+
+    def say(self, text: str) -> None:
+        """Print a line above the bar."""
+        self._bar.write(text)
+
+    def close(self) -> None:
+        """Leave the bar as it stands."""
+        self._bar.close()

@@ -1,0 +1,71 @@
+"""The replay buffer R of Algorithm 1."""
+
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from asddpg.types import Action, Observation
+
+Float32Array = npt.NDArray[np.float32]
+
+
+class Transition(NamedTuple):
+    """(x, a, r, x', σ) of the paper, and the discount of what follows."""
+
+    observation: Observation
+    action: Action
+    reward: float
+    discount: float  # 0 after the end of an episode, 1 otherwise, a time limit included
+    next_observation: Observation
+    by_policy: float  # σ: 1 where the policy drove, 0 where the controller did
+
+
+class ReplayBuffer:
+    """A ring of transitions, each one packed row: a batch is drawn with a single gather."""
+
+    def __init__(self, capacity: int, observation_size: int, action_size: int, rng: np.random.Generator) -> None:
+        """Lay out room for `capacity` transitions; memory is taken as it fills."""
+        self._layout = Layout(observation_size, action_size)
+        self._rows = np.zeros((capacity, self._layout.width), dtype=np.float32)
+        self._capacity = capacity
+        self._rng = rng
+        self._next = 0
+        self._size = 0
+
+    def __len__(self) -> int:
+        return self._size
+
+    @property
+    def layout(self) -> "Layout":
+        """Where each part of a transition stands in a row."""
+        return self._layout
+
+    def add(self, transition: Transition) -> None:
+        """Store a transition, over the oldest one where the ring is full."""
+        row, layout = self._rows[self._next], self._layout
+        row[layout.observation] = transition.observation
+        row[layout.action] = transition.action
+        row[layout.reward] = transition.reward
+        row[layout.discount] = transition.discount
+        row[layout.by_policy] = transition.by_policy
+        row[layout.next_observation] = transition.next_observation
+        self._next = (self._next + 1) % self._capacity
+        self._size = min(self._size + 1, self._capacity)
+
+    def sample(self, batch_size: int) -> Float32Array:
+        """Draw transitions uniformly, with replacement: packed rows, float32 (batch_size, layout.width)."""
+        return self._rows[self._rng.integers(self._size, size=batch_size)]
+
+
+class Layout:
+    """Columns of a packed transition: x, a, r, discount, σ, x'."""
+
+    def __init__(self, observation_size: int, action_size: int) -> None:
+        self.observation = slice(0, observation_size)
+        self.action = slice(observation_size, observation_size + action_size)
+        self.reward = self.action.stop
+        self.discount = self.reward + 1
+        self.by_policy = self.reward + 2
+        self.next_observation = slice(self.reward + 3, self.reward + 3 + observation_size)
+        self.width = self.next_observation.stop

@@ -1,0 +1,122 @@
+"""A run's folder: what lies where, made new, read back."""
+
+import json
+from dataclasses import dataclass
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from asddpg.config import TrainConfig
+from asddpg.errors import UserError
+
+
+@dataclass(frozen=True)
+class RunFolder:
+    """Paths of a run.
+
+    `config.yaml` resolved configuration and what the run was made with · `metrics.csv` a row an episode ·
+    `validation.csv` a row a validation · `timing.csv` wall-clock · `tensorboard/` · `checkpoints/{last,best}/agent.pt`
+    · `evaluation.json` test figures.
+    """
+
+    path: Path
+
+    @property
+    def config(self) -> Path:
+        """Resolved configuration."""
+        return self.path / "config.yaml"
+
+    @property
+    def metrics(self) -> Path:
+        """A row an episode."""
+        return self.path / "metrics.csv"
+
+    @property
+    def validation(self) -> Path:
+        """A row a validation."""
+        return self.path / "validation.csv"
+
+    @property
+    def timing(self) -> Path:
+        """Wall-clock time, kept apart: nothing else depends on the clock."""
+        return self.path / "timing.csv"
+
+    @property
+    def tensorboard(self) -> Path:
+        """TensorBoard's files."""
+        return self.path / "tensorboard"
+
+    @property
+    def evaluation(self) -> Path:
+        """Test figures."""
+        return self.path / "evaluation.json"
+
+    def checkpoint(self, name: str) -> Path:
+        """Weights; `name` is last or best."""
+        return self.path / "checkpoints" / name / "agent.pt"
+
+    def create(self) -> None:
+        """Make the folder.
+
+        Raises:
+            UserError: it cannot be made.
+        """
+        try:
+            for name in ("last", "best"):
+                self.checkpoint(name).parent.mkdir(parents=True)
+        except OSError as error:
+            raise UserError(f"the run folder {self.path} cannot be made: {error.strerror}") from error
+
+
+def new_run_folder(config: TrainConfig) -> RunFolder:
+    """The folder a configuration asks for, not yet made.
+
+    Raises:
+        UserError: it exists and is not empty.
+    """
+    name = f"{datetime.now():%Y-%m-%d_%H-%M-%S}_{config.task.name}_{config.agent.name}_seed{config.seed}"
+    path = Path(config.run_dir) if config.run_dir else Path("runs") / name
+    if path.exists() and (not path.is_dir() or any(path.iterdir())):
+        raise UserError(f"the run folder {path} exists and is not empty; choose another run_dir= or remove it")
+    return RunFolder(path)
+
+
+def open_run_folder(path: str) -> RunFolder:
+    """The folder of a run that was made before.
+
+    Raises:
+        UserError: it is not one.
+    """
+    folder = RunFolder(Path(path))
+    if not folder.config.is_file():
+        raise UserError(f"{path} is not the folder of a run: it has no config.yaml")
+    return folder
+
+
+def write_config(folder: RunFolder, config: dict[str, Any], made_with: dict[str, str]) -> None:
+    """Write the resolved configuration, and versions and model hash under `made_with`."""
+    text = yaml.safe_dump({**config, "made_with": made_with}, sort_keys=False, allow_unicode=True)
+    folder.config.write_text(text, encoding="utf-8")
+
+
+def read_config(folder: RunFolder) -> tuple[dict[str, Any], dict[str, str]]:
+    """The configuration of a run and what it was made with.
+
+    Raises:
+        UserError: the file is damaged.
+    """
+    try:
+        values = yaml.safe_load(folder.config.read_text(encoding="utf-8"))
+        made_with = values.pop("made_with")
+    except (yaml.YAMLError, UnicodeDecodeError, AttributeError, KeyError, TypeError) as error:
+        raise UserError(f"{folder.config} is damaged or not written by asddpg.train") from error
+    return values, made_with
+
+
+def write_json(path: Path, content: dict[str, Any]) -> None:
+    """Write a file that is whole or not there."""
+    part = path.with_name(path.name + ".part")
+    part.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    part.replace(path)

@@ -1,0 +1,150 @@
+"""Train: `python -m asddpg.train task=nav_complex agent=asddpg reward=sparse network=fc3x256 seed=0`."""
+
+import csv
+import dataclasses
+import platform
+from collections.abc import Sequence
+from importlib import metadata
+
+import gymnasium
+import numpy as np
+
+from asddpg import checkpoint
+from asddpg.agent import AsDDPG
+from asddpg.build import check_device, make_agent, make_environment, prepare_torch
+from asddpg.compose import GROUPS, option_names, train_config
+from asddpg.config import TrainConfig
+from asddpg.drivers import actor_alone
+from asddpg.evaluation import Figures, evaluate, table
+from asddpg.loop import run_episode
+from asddpg.observers.metrics_log import MetricsLog
+from asddpg.observers.progress import ProgressBar
+from asddpg.program import run
+from asddpg.run_folder import RunFolder, new_run_folder, write_config, write_json
+from asddpg.streams import stream
+from tasks.held_out import held_out_pairs
+from tasks.scenes import model_hash
+
+PACKAGES = ("asddpg", "mujoco", "dm-control", "torch", "numpy", "gymnasium")
+
+
+def main(words: Sequence[str]) -> None:
+    """Compose, train, test, say where the run lies."""
+    config = train_config(words)
+    check_device(config.device)
+    folder = new_run_folder(config)
+    prepare_torch()
+    environment = make_environment(config.task, config.reward)
+    agent = make_agent(config, environment)
+    folder.create()
+    made_with = versions() | {"model_hash": hash_of(environment)}
+    write_config(folder, dataclasses.asdict(config), made_with)
+    print(f"training {config.agent.name} on {config.task.name}, {config.total_steps} steps, in {folder.path}")
+    Training(config, folder, environment, agent).run()
+    if config.test_episodes:
+        tested = test(config, folder, environment, agent)
+        contents = {name: figures.as_dict() for name, figures in tested.items()}
+        write_json(folder.evaluation, {"task": config.task.name, "set": "test", "driver": "actor", **contents, **made_with})
+        print(f"actor alone on {config.test_episodes} stored test pairs:\n{table(tested)}")
+    print(f"the run lies in {folder.path}; evaluate it: python -m asddpg.evaluate run={folder.path}")
+
+
+class Training:
+    """Episodes until the steps are used up, validation now and then, checkpoints `last` and `best`."""
+
+    def __init__(self, config: TrainConfig, folder: RunFolder, environment: gymnasium.Env, agent: AsDDPG) -> None:
+        self._config, self._folder = config, folder
+        self._environment, self._agent = environment, agent
+        # A second one: validating must not disturb the episode in progress or the stream of its goals.
+        self._validation_environment = make_environment(config.task, config.reward)
+        self._best = (-1.0, -np.inf)
+
+    def run(self) -> None:
+        """Train."""
+        from torch.utils.tensorboard import SummaryWriter  # slow to import: not for those who only ask for help
+
+        config = self._config
+        self._environment.reset(seed=int(stream(config.seed, "start_goal").integers(2**31)))
+        self._tensorboard = SummaryWriter(str(self._folder.tensorboard))
+        log = MetricsLog(self._folder.metrics, self._folder.timing, self._tensorboard)
+        self._bar = ProgressBar(config.total_steps)
+        steps, validated = 0, 0
+        try:
+            while steps < config.total_steps:
+                rest = config.total_steps - steps
+                episode = run_episode(self._environment, self._agent, (log, self._bar), max_steps=rest)
+                steps += episode.steps
+                every = config.validation.every
+                if every and steps // every > validated:
+                    validated = steps // every
+                    self._validate(steps)
+        finally:
+            self._bar.close()
+            log.close()
+            self._tensorboard.close()
+            if steps:
+                checkpoint.save(self._folder.checkpoint("last"), self._agent, steps)
+        if not self._folder.checkpoint("best").exists():
+            checkpoint.save(self._folder.checkpoint("best"), self._agent, steps)
+
+    def _validate(self, steps: int) -> None:
+        config = self._config
+        pairs = held_out_pairs(config.task.name, "validation")[: config.validation.episodes]
+        figures = evaluate(
+            self._validation_environment, actor_alone(self._agent), pairs, config.task.control_timestep
+        )
+        reach, crash, metric = (figures.reach_rate.value, figures.crash_rate.value, figures.metric.value)
+        assert reach is not None and crash is not None and metric is not None
+        self._write_validation(steps, reach, crash, metric)
+        self._bar.say(f"step {steps}: actor alone reaches {reach:.2f}, crashes {crash:.2f} ({len(pairs)} validation pairs)")
+        checkpoint.save(self._folder.checkpoint("last"), self._agent, steps)
+        if (reach, metric) > self._best:
+            self._best = (reach, metric)
+            checkpoint.save(self._folder.checkpoint("best"), self._agent, steps)
+
+    def _write_validation(self, steps: int, reach: float, crash: float, metric: float) -> None:
+        row = {"step": steps, "reach_rate": reach, "crash_rate": crash, "metric": metric}
+        is_new = not self._folder.validation.exists()
+        with self._folder.validation.open("a", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, row)
+            if is_new:
+                writer.writeheader()
+            writer.writerow(row)
+        for name in ("reach_rate", "crash_rate", "metric"):
+            self._tensorboard.add_scalar(f"validation/{name}", row[name], steps)
+
+
+def test(
+    config: TrainConfig, folder: RunFolder, environment: gymnasium.Env, agent: AsDDPG
+) -> dict[str, Figures]:
+    """Figures of the actor alone on the stored test set, for the checkpoints last and best."""
+    pairs = held_out_pairs(config.task.name, "test")[: config.test_episodes]
+    figures = {}
+    for name in ("last", "best"):
+        checkpoint.load(folder.checkpoint(name), agent)
+        figures[name] = evaluate(environment, actor_alone(agent), pairs, config.task.control_timestep)
+    return figures
+
+
+def versions() -> dict[str, str]:
+    """Versions of what makes a result."""
+    return {"python": platform.python_version(), **{name: metadata.version(name) for name in PACKAGES}}
+
+
+def hash_of(environment: gymnasium.Env) -> str:
+    """Hash of an environment's compiled scene."""
+    return model_hash(environment.get_wrapper_attr("physics").model.ptr)
+
+
+def usage() -> str:
+    """What --help prints."""
+    from omegaconf import OmegaConf
+
+    groups = "\n".join(f"  {name}={'|'.join(choices)}" for name, choices in GROUPS.items())
+    config = OmegaConf.structured(TrainConfig)
+    options = "\n".join(f"  {name}={OmegaConf.select(config, name)}" for name in option_names(config))
+    return f"{__doc__}\n\nOne of several:\n{groups}\n\nOptions and their defaults:\n{options}"
+
+
+if __name__ == "__main__":
+    run(main, usage())

@@ -1,0 +1,101 @@
+"""What the parts hand to each other: decisions, steps, and the protocols of those who make and watch them."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Any, Protocol
+
+import numpy as np
+import numpy.typing as npt
+
+Observation = npt.NDArray[np.float32]  # (observation_size,)
+Action = npt.NDArray[np.float32]  # (action_size,), physical units
+
+
+class Driver(StrEnum):
+    """Who chose the executed action."""
+
+    POLICY = "policy"
+    CONTROLLER = "controller"
+    RANDOM = "random"
+
+
+@dataclass(frozen=True, slots=True)
+class Decision:
+    """What an agent chose in one step, and what it weighed; None where the agent has no such thing."""
+
+    action: Action  # executed, within the action space
+    driver: Driver
+    actor_action: Action | None = None  # before noise
+    controller_action: Action | None = None
+    noise: Action | None = None  # added to the actor's action
+    q_policy: float | None = None  # Q(x, σ = policy)
+    q_controller: float | None = None  # Q(x, σ = controller)
+    value: float | None = None  # V(x) of the switch branch
+
+
+@dataclass(frozen=True, slots=True)
+class Step:
+    """One step of an episode, as learners and observers see it."""
+
+    observation: Observation
+    decision: Decision
+    reward: float
+    next_observation: Observation
+    terminated: bool  # ended: nothing follows, discount 0
+    truncated: bool  # broken off by the time limit: the next state still has its value
+    info: Mapping[str, Any]
+
+
+class Environment(Protocol):
+    """The part of gymnasium.Env that the loop uses."""
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        """Begin an episode."""
+
+    def step(self, action: Any) -> tuple[Observation, Any, bool, bool, dict[str, Any]]:
+        """Drive for one control step: observation, reward, terminated, truncated, info."""
+
+
+class Agent(Protocol):
+    """Whoever drives: a policy, a controller, an agent that learns while it drives."""
+
+    def begin_episode(self) -> None:
+        """Forget what belongs to the last episode alone."""
+
+    def decide(self, observation: Observation) -> Decision:
+        """Choose the next action."""
+
+    def learn(self, step: Step) -> Mapping[str, float]:
+        """Take in a step; returns named figures of what was learned, none where nothing was."""
+
+
+class Observer(Protocol):
+    """Watches episodes; changes nothing."""
+
+    def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
+        """An episode begins."""
+
+    def step(self, step: Step, learned: Mapping[str, float]) -> None:
+        """A step was made."""
+
+    def end_episode(self, episode: "Episode") -> None:
+        """The episode is over."""
+
+
+@dataclass(frozen=True)
+class Episode:
+    """An episode in figures."""
+
+    outcome: str  # reached, crashed, timeout, cut
+    steps: int
+    total_reward: float
+    controller_steps: int
+    path_length: float  # metres driven; 0 where the task tells no poses
+
+    @property
+    def controller_share(self) -> float:
+        """Share of the steps that the controller drove."""
+        return self.controller_steps / self.steps if self.steps else 0.0

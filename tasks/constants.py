@@ -1,0 +1,25 @@
+"""Figures of the robot, its laser and the task, each with unit and source.
+
+Sources: [paper] Xie et al., ICRA 2018; [code] the code released with it; [p3dx] Pioneer 3-DX figures as in the Webots
+model; [hokuyo] URG-04LX data sheet. The robot's own figures must agree with models/mjcf/pioneer/pioneer.xml; a test
+compares them with the compiled model.
+"""
+
+from math import pi
+
+WHEEL_RADIUS = 0.0975  # m; [p3dx]
+TRACK = 0.330  # m between the wheels' contact points; [p3dx]
+WHEEL_SPEED_LIMIT = 12.3  # rad/s; [p3dx], 1.2 m/s
+
+NUM_BEAMS = 40  # kept of the laser's beams; [code]
+FIELD_OF_VIEW = 4 / 3 * pi  # rad, 240 degrees; [hokuyo]
+MIN_RANGE = 0.02  # m; [hokuyo]
+MAX_RANGE = 5.6  # m; [hokuyo]
+
+MAX_LINEAR_VELOCITY = 0.5  # m/s; [code]
+MAX_ANGULAR_VELOCITY = pi / 3  # rad/s; [code]
+
+CONTROL_TIMESTEP = 0.2  # s; [paper], 43 steps = 8.6 s
+GOAL_RADIUS = 0.3  # m; [code]
+TIME_LIMIT_STEPS = 200  # [code]
+NUM_SCANS = 3  # stacked, newest first; [code]

@@ -1,0 +1,187 @@
+"""The tasks as Gymnasium environments."""
+
+from typing import Any
+
+import dm_env
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+
+from tasks import constants
+from tasks.errors import TaskError
+from tasks.navigation import GOAL_BOUND, VELOCITY_BOUNDS, NavigationConfig
+from tasks.outcomes import Outcome
+from tasks.physics import FloatArray, Pose
+from tasks.registry import ALL_TASKS, load
+from tasks.rendering import OffscreenRenderer
+from tasks.rewards import Reward, dense_part
+from tasks.stacking import Float32Array, ScanStack
+
+
+class NavigationEnv(gymnasium.Env[Float32Array, FloatArray]):
+    """A task behind Gymnasium's API; actions in [−1, 1], as its checker recommends for a raw environment.
+
+    `gymnasium.make` puts `PhysicalActions` around it, whose Box is in m/s and rad/s.
+
+    `info` holds at every step `pose` (x, y, yaw; m, rad), `distance` to the goal (m), `reward_terms` by name,
+    `dense_reward` (what γ_p may scale), and at the end `outcome`.
+    """
+
+    metadata = {"render_modes": ["rgb_array"], "render_fps": round(1 / constants.CONTROL_TIMESTEP)}
+
+    def __init__(
+        self,
+        task: str,
+        reward: str | Reward | None = None,
+        config: NavigationConfig | None = None,
+        num_scans: int = constants.NUM_SCANS,
+        render_mode: str | None = None,
+        camera: str = "chase",
+        width: int = 480,
+        height: int = 360,
+    ) -> None:
+        """Load a task.
+
+        Args:
+            task: one of tasks.ALL_TASKS.
+            reward: `dense`, `sparse` or a Reward; None takes the task's own.
+            config: constants of the task; None takes the paper's.
+            num_scans: scans stacked in the observation.
+            render_mode: None or `rgb_array`.
+            camera: `chase`, `top` or `onboard`.
+            width: of a rendered picture, pixels.
+            height: of a rendered picture, pixels.
+        """
+        if render_mode not in (None, "rgb_array"):
+            raise TaskError(f"there is no render mode {render_mode!r}; there is rgb_array")
+        self._env = load(task, random=0, reward=reward, config=config)
+        self._physics = self._env.physics
+        self._task = self._env.task
+        self._stack = ScanStack(num_scans, self._physics.num_beams)
+        self.render_mode = render_mode
+        self._picture = (camera, width, height)
+        self._renderer: OffscreenRenderer | None = None
+        limits = self._task.action_spec(self._physics)
+        self.physical_action_space = spaces.Box(
+            limits.minimum.astype(np.float32), limits.maximum.astype(np.float32), dtype=np.float32
+        )
+        self._middle = (limits.maximum + limits.minimum) / 2
+        self._half_range = (limits.maximum - limits.minimum) / 2
+        self.action_space = spaces.Box(-1.0, 1.0, (2,), np.float32)
+        self.observation_space = self._observation_space()
+
+    def _observation_space(self) -> spaces.Box:
+        scans = np.full(self.scan_shape[0] * self.scan_shape[1], 0.5)
+        high = np.concatenate([scans, VELOCITY_BOUNDS, [GOAL_BOUND, GOAL_BOUND]]).astype(np.float32)
+        return spaces.Box(-high, high, dtype=np.float32)
+
+    @property
+    def scan_shape(self) -> tuple[int, int]:
+        """Scans and beams at the head of the observation."""
+        return self._stack.num_scans, self._stack.num_beams
+
+    @property
+    def physics(self) -> Any:
+        """The scene's Physics, for reading."""
+        return self._physics
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Float32Array, dict[str, Any]]:
+        """Begin an episode.
+
+        Args:
+            seed: of the starts and goals to come; None goes on with the present stream.
+            options: `start` (x, y, yaw) and `goal` (x, y), metres and radians, for this episode alone; a goal alone
+                starts at the origin.
+        """
+        super().reset(seed=seed)
+        self._task.rng = self.np_random
+        if options:
+            self._take_options(options)
+        time_step = self._env.reset()
+        return self._stack.reset(time_step.observation), self._info()
+
+    def _take_options(self, options: dict[str, Any]) -> None:
+        unknown = set(options) - {"start", "goal"}
+        if unknown or "goal" not in options:
+            raise TaskError(f"reset options are goal (x, y) and with it start (x, y, yaw), not {sorted(options)}")
+        start = Pose(*(float(value) for value in options.get("start", (0.0, 0.0, 0.0))))
+        x, y = (float(value) for value in options["goal"])
+        self._task.set_next_pair(start, (x, y))
+
+    def step(self, action: FloatArray) -> tuple[Float32Array, float, bool, bool, dict[str, Any]]:
+        """Drive for one control step; `action` (2,) in [−1, 1]."""
+        return self.step_physical(self._middle + self._half_range * np.asarray(action, dtype=np.float64))
+
+    def step_physical(self, command: FloatArray) -> tuple[Float32Array, float, bool, bool, dict[str, Any]]:
+        """Drive for one control step; `command` is (v, ω) in m/s and rad/s."""
+        if self._task.outcome is not Outcome.RUNNING:
+            raise gymnasium.error.ResetNeeded("the episode has ended: call reset() before the next step()")
+        time_step = self._env.step(command)
+        terminated = time_step.last() and time_step.discount == 0.0
+        truncated = time_step.last() and not terminated
+        return self._stack.push(time_step.observation), float(time_step.reward), terminated, truncated, self._info()
+
+    def _info(self) -> dict[str, Any]:
+        task = self._task
+        terms = task.reward_terms
+        info = {
+            "pose": self._physics.pose(),
+            "distance": self._physics.goal_distance(),
+            "reward_terms": terms,
+            "dense_reward": dense_part(terms) if terms else 0.0,
+        }
+        if task.outcome is not Outcome.RUNNING:
+            info["outcome"] = str(task.outcome)
+        return info
+
+    def render(self) -> Any:
+        """The scene as uint8 (height, width, 3); None without a render mode."""
+        if self.render_mode is None:
+            return None
+        camera, width, height = self._picture
+        if self._renderer is None:
+            self._renderer = OffscreenRenderer(self._physics.model.ptr, width, height)
+        return self._renderer.render(self._physics.data.ptr, camera)
+
+    def close(self) -> None:
+        """Free the renderer; may be called again."""
+        if self._renderer is not None:
+            self._renderer.close()
+            self._renderer = None
+
+
+class PhysicalActions(gymnasium.Wrapper[Float32Array, FloatArray, Float32Array, FloatArray]):
+    """Actions in physical units: v in m/s and ω in rad/s."""
+
+    def __init__(self, env: NavigationEnv) -> None:
+        super().__init__(env)
+        self.action_space = env.physical_action_space
+        self._step = env.step_physical
+
+    def step(self, action: FloatArray) -> tuple[Float32Array, float, bool, bool, dict[str, Any]]:
+        """Drive for one control step; `action` is (v, ω) in m/s and rad/s."""
+        return self._step(action)
+
+
+def gymnasium_id(task_name: str) -> str:
+    """`nav_complex` → `asddpg/NavComplex-v0`."""
+    return f"asddpg/{''.join(part.capitalize() for part in task_name.split('_'))}-v0"
+
+
+def register() -> None:
+    """Register every task with Gymnasium."""
+    physical = gymnasium.envs.registration.WrapperSpec(
+        "PhysicalActions", f"{__name__}:PhysicalActions", kwargs={}
+    )
+    for task_name in ALL_TASKS:
+        gymnasium.register(
+            gymnasium_id(task_name),
+            entry_point=f"{__name__}:NavigationEnv",
+            kwargs={"task": task_name},
+            additional_wrappers=(physical,),
+            # The environment checks both itself; the wrappers would cost a tenth of a step.
+            disable_env_checker=True,
+            order_enforce=False,
+        )

@@ -1,0 +1,89 @@
+"""Offscreen pictures of a scene, by EGL where nothing else is asked for.
+
+The graphics library is loaded with the first picture: training that renders nothing needs none.
+"""
+
+import atexit
+import importlib
+import os
+import weakref
+from typing import Any
+
+import mujoco
+import numpy as np
+import numpy.typing as npt
+
+from tasks.errors import TaskError
+
+Picture = npt.NDArray[np.uint8]
+
+BACKENDS = {"": "mujoco.egl", "egl": "mujoco.egl", "osmesa": "mujoco.osmesa", "glfw": "mujoco.glfw"}
+
+
+class OffscreenRenderer:
+    """One graphics context and one scene, kept from picture to picture; for use from one thread."""
+
+    def __init__(self, model: mujoco.MjModel, width: int, height: int) -> None:
+        """Open a context for pictures of width × height pixels.
+
+        Raises:
+            TaskError: no working graphics library, or a size beyond the model's offscreen buffer.
+        """
+        limits = model.vis.global_
+        if not (0 < width <= limits.offwidth and 0 < height <= limits.offheight):
+            raise TaskError(f"a picture must be within {limits.offwidth} x {limits.offheight} px, not {width} x {height}")
+        self._model = model
+        self._rect = mujoco.MjrRect(0, 0, width, height)
+        self._context: Any = _open_context(width, height)
+        self._scene = mujoco.MjvScene(model, maxgeom=2000)
+        self._options = mujoco.MjvOption()
+        self._options.flags[mujoco.mjtVisFlag.mjVIS_RANGEFINDER] = 0
+        self._mjr = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._mjr)
+        # Registered after the library's own exit handler and so run before it: a context freed later raises.
+        atexit.register(_close_if_alive, weakref.ref(self))
+
+    def render(self, data: mujoco.MjData, camera: str) -> Picture:
+        """The scene as that camera sees it: uint8 (height, width, 3), first row on top."""
+        names = [self._model.camera(index).name for index in range(self._model.ncam)]
+        if camera not in names:
+            raise TaskError(f"there is no camera {camera!r}; there are {', '.join(names)}")
+        self._context.make_current()
+        view = mujoco.MjvCamera()
+        view.type = mujoco.mjtCamera.mjCAMERA_FIXED
+        view.fixedcamid = names.index(camera)
+        everything = mujoco.mjtCatBit.mjCAT_ALL
+        mujoco.mjv_updateScene(self._model, data, self._options, None, view, everything, self._scene)
+        mujoco.mjr_render(self._rect, self._scene, self._mjr)
+        picture = np.empty((self._rect.height, self._rect.width, 3), dtype=np.uint8)
+        mujoco.mjr_readPixels(picture, None, self._rect, self._mjr)
+        return picture[::-1].copy()
+
+    def close(self) -> None:
+        """Free the context; may be called again."""
+        if self._context is not None:
+            self._context.make_current()
+            self._mjr.free()
+            self._context.free()
+            self._context = None
+
+
+def _open_context(width: int, height: int) -> Any:
+    asked_for = os.environ.get("MUJOCO_GL", "").strip().lower()
+    if asked_for not in BACKENDS:
+        raise TaskError(f"MUJOCO_GL={asked_for} renders no pictures; egl, osmesa and glfw do")
+    try:
+        context = importlib.import_module(BACKENDS[asked_for]).GLContext(width, height)
+        context.make_current()
+    except (ImportError, AttributeError, RuntimeError) as error:
+        raise TaskError(
+            f"pictures need a graphics library that works ({asked_for or 'egl'}: {error}); on Debian: "
+            "apt-get install --no-install-recommends libegl1 libgl1 libgl1-mesa-dri"
+        ) from error
+    return context
+
+
+def _close_if_alive(renderer: "weakref.ref[OffscreenRenderer]") -> None:
+    alive = renderer()
+    if alive is not None:
+        alive.close()

@@ -1,0 +1,42 @@
+"""One flat vector out of an observation: stacked scans, velocity, goal."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import numpy.typing as npt
+
+from tasks.constants import MAX_RANGE
+from tasks.physics import FloatArray
+
+Float32Array = npt.NDArray[np.float32]
+
+
+class ScanStack:
+    """Keeps the last scans of an episode and writes the flat observation.
+
+    Layout, float32 (num_scans · num_beams + 4,): the scans, newest first, each r/5.6 − 0.5, then v (m/s), ω (rad/s)
+    and the goal's x and y in the robot frame (m), as in the released code.
+    """
+
+    def __init__(self, num_scans: int, num_beams: int) -> None:
+        self.num_scans = num_scans
+        self.num_beams = num_beams
+        self._flat = np.zeros(num_scans * num_beams + 4, dtype=np.float32)
+
+    def reset(self, observation: Mapping[str, FloatArray]) -> Float32Array:
+        """Begin an episode: its first scan stands for those before it."""
+        scan = observation["ranges"] / MAX_RANGE - 0.5
+        self._flat[: -4].reshape(self.num_scans, self.num_beams)[:] = scan
+        return self._finished(observation)
+
+    def push(self, observation: Mapping[str, FloatArray]) -> Float32Array:
+        """Add a step's scan and drop the oldest."""
+        beams = self.num_beams
+        self._flat[beams:-4] = self._flat[: -4 - beams].copy()
+        self._flat[:beams] = observation["ranges"] / MAX_RANGE - 0.5
+        return self._finished(observation)
+
+    def _finished(self, observation: Mapping[str, FloatArray]) -> Float32Array:
+        self._flat[-4:-2] = observation["velocity"]
+        self._flat[-2:] = observation["goal"]
+        return self._flat.copy()

@@ -1,0 +1,1 @@
+"""Programs a person runs on models, runs and recordings: `python -m tools.<name>`."""

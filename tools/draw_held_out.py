@@ -1,0 +1,42 @@
+"""Draw the stored evaluation sets anew: `python -m tools.draw_held_out`.
+
+They were drawn once by this program; running it again writes the same files. Results made with other sets compare with
+nothing, so there is no reason to change them.
+"""
+
+import json
+
+import numpy as np
+
+from tasks import ALL_TASKS
+from tasks.constants import GOAL_RADIUS
+from tasks.fresh_pairs import draw_pairs
+from tasks.held_out import FOLDER
+
+SIZES = {"validation": 50, "test": 200}
+SEED = 2018
+
+
+def stored_text(task_name: str) -> str:
+    """The file of a task's sets: JSON, one pair a line."""
+    rng = np.random.default_rng([SEED, *task_name.encode()])
+    parts = []
+    for name, size in SIZES.items():
+        pairs = draw_pairs(task_name, rng, size, GOAL_RADIUS, held_out=np.zeros((0, 2)))
+        lines = [
+            json.dumps({"start": pair.start, "goal": pair.goal, "shortest_path": pair.shortest_path}) for pair in pairs
+        ]
+        parts.append(f'"{name}": [\n' + ",\n".join(lines) + "\n]")
+    return "{" + ",\n".join(parts) + "}\n"
+
+
+def main() -> None:
+    """Write the sets of every task."""
+    for task_name in ALL_TASKS:
+        path = FOLDER / f"{task_name}.json"
+        path.write_text(stored_text(task_name))
+        print(f"{path}: {', '.join(f'{size} {name}' for name, size in SIZES.items())} pairs")
+
+
+if __name__ == "__main__":
+    main()
