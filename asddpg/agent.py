@@ -62,7 +62,7 @@ class AsDDPG:
 
     @staticmethod
     def _flatten(networks: Networks) -> tuple[FlatParameters, FlatParameters]:
-        return FlatParameters(networks.critic_dqn_parameters()), FlatParameters(list(networks.policy.parameters()))
+        return FlatParameters(networks.critic_dqn_parameters()), FlatParameters(networks.policy_parameters())
 
     # Driving ------------------------------------------------------------------------------------------------------
 
@@ -81,17 +81,17 @@ class AsDDPG:
     @torch.no_grad()
     def act(self, observation: Observation) -> Action:
         """π(x), what the policy alone does: float32 (action_size,), physical units."""
-        action: Action = self.networks.policy(self._features(observation))[0].cpu().numpy()
+        action: Action = self.networks.policy(self._as_batch(observation))[0].cpu().numpy()
         return action
 
     @torch.no_grad()
     def _choose(self, observation: Observation, explore: bool) -> Decision:
-        features = self._features(observation)
-        actor_action: Action = self.networks.policy(features)[0].cpu().numpy()
+        x = self._as_batch(observation)
+        actor_action: Action = self.networks.policy(x)[0].cpu().numpy()
         weighed: dict[str, Any] = {"actor_action": actor_action}
         driver = Driver.POLICY
         if self.controller is not None and self.networks.switch is not None:
-            value, q = self.networks.switch.value_and_q(features)
+            value, q = self.networks.switch.value_and_q(self.networks.features(x))
             q_policy, q_controller = q[0].tolist()
             controller_action = self.controller.act(observation)
             weighed |= {"q_policy": q_policy, "q_controller": q_controller, "value": value.item()}
@@ -104,23 +104,25 @@ class AsDDPG:
         action = np.minimum(np.maximum(actor_action + noise, self._low), self._high)
         return Decision(action, driver, noise=noise, **weighed)
 
-    def _features(self, observation: Observation) -> Tensor:
-        return self.networks.features(torch.from_numpy(observation).to(self.device)[None])
+    def _as_batch(self, observation: Observation) -> Tensor:
+        return torch.from_numpy(observation).to(self.device)[None]
 
     # Learning -----------------------------------------------------------------------------------------------------
 
     def learn(self, step: Step) -> Mapping[str, float | Tensor]:
         """Algorithm 1, lines 17–21: store the step, and once there are enough, update."""
-        driver = step.decision.driver
+        decision = step.decision
+        driver = decision.driver
         dense_reward = step.info.get("dense_reward", 0.0)
         self._replay.add(
             Transition(
                 observation=step.observation,
-                action=step.decision.action,
+                action=decision.action,
                 reward=assisted_reward(step.reward, dense_reward, driver, self.config.gamma_p),
                 discount=0.0 if step.terminated else 1.0,
                 next_observation=step.next_observation,
                 by_policy=float(driver is Driver.POLICY),
+                controller_action=decision.action if decision.controller_action is None else decision.controller_action,
             )
         )
         self._noise.advance()
@@ -137,7 +139,7 @@ class AsDDPG:
         self._critic_dqn.differentiate(loss.total)
         self._critic_optimizer.step()
 
-        policy_objective = policy_loss(features.detach(), self.networks)
+        policy_objective = policy_loss(batch, features.detach(), self.networks, self.config.imitation)
         self._policy.differentiate(policy_objective)
         self._policy_optimizer.step()
 

@@ -44,6 +44,8 @@ class NetworkConfig:
 
     name: str = "fc3x256"
     widths: list[int] = field(default_factory=lambda: [256, 256, 256])
+    # Whether the critic branch normalises each hidden layer (Ba et al., 2016).
+    layer_norm: bool = False
 
 
 @dataclass
@@ -69,6 +71,8 @@ class LearningConfig:
     learning_starts: int = 1000
     # γ_p on the controller's positive dense rewards; 1 makes its help free.
     gamma_p: float = 0.5
+    # Weight of imitating the controller where the critic prefers its action; 0 leaves the paper's Eq. 5.
+    imitation: float = 0.0
 
 
 @dataclass
@@ -202,6 +206,7 @@ RULES: dict[str, Rule] = {
     "agent.buffer_size": _POSITIVE,
     "agent.learning_starts": _NOT_NEGATIVE,
     "agent.gamma_p": _SHARE,
+    "agent.imitation": _NOT_NEGATIVE,
     "controller.gains": (_two_finite, "two finite numbers, P_l and P_r"),
     "exploration.theta": _SHARE,
     "exploration.sigma": _NOT_NEGATIVE,

@@ -18,6 +18,7 @@ class Batch(NamedTuple):
     discount: Tensor  # [B]
     by_policy: Tensor  # [B], σ
     x_next: Tensor  # [B, O]
+    controller_action: Tensor  # [B, A]
 
     @classmethod
     def unpack(cls, rows: Tensor, layout: Layout) -> "Batch":
@@ -29,6 +30,7 @@ class Batch(NamedTuple):
             discount=rows[:, layout.discount],
             by_policy=rows[:, layout.by_policy],
             x_next=rows[:, layout.next_observation],
+            controller_action=rows[:, layout.controller_action],
         )
 
 
@@ -48,7 +50,7 @@ def bellman_targets(batch: Batch, online: Networks, target: Networks, gamma: flo
     """
     gamma_next = gamma * batch.discount
     next_features = target.features(batch.x_next)
-    y_a = batch.r + gamma_next * target.critic(next_features, target.policy(next_features))
+    y_a = batch.r + gamma_next * target.critic(next_features, target.policy(batch.x_next))
     if online.switch is None or target.switch is None:
         return Targets(y_a, None)
     sigma = online.switch(online.features(batch.x_next)).argmax(dim=1, keepdim=True)
@@ -75,16 +77,29 @@ def critic_dqn_loss(batch: Batch, features: Tensor, online: Networks, targets: T
     return CriticLoss(critic + switch, critic, switch)
 
 
-def policy_loss(features: Tensor, online: Networks) -> Tensor:
+def policy_loss(batch: Batch, features: Tensor, online: Networks, imitation: float = 0.0) -> Tensor:
     """Eq. 5: the policy climbs A(x, π(x)) = Q^A(x, π(x)) − V(x).
 
     V does not depend on the action, so ∇_a A = ∇_a Q^A and V need not be computed; tests compare the two gradients.
 
+    With `imitation` the policy also comes closer to the controller, by the squared distance in units of half an
+    action's range, on those samples where Q^A rates the controller's action above its own: "the policy network can
+    improve itself either by imitating the external controller or by examining its own policy" (caption of Fig. 1).
+
     Args:
-        features: of x, [B, F], without gradient: Eq. 5 trains the policy alone.
+        batch: transitions, of which x counts.
+        features: the Critic-DQN's, of x, [B, F], without gradient: Eq. 5 trains the policy alone.
         online: the networks.
+        imitation: weight of the distance; 0 leaves Eq. 5.
     """
-    return -online.critic(features, online.policy(features)).mean()
+    action = online.policy(batch.x)
+    q = online.critic(features, action)
+    if imitation == 0.0:
+        return -q.mean()
+    with torch.no_grad():
+        is_better = online.critic(features, batch.controller_action) > q
+    distance = torch.square((action - batch.controller_action) / online.policy_head.half_range).sum(dim=1)
+    return imitation * (is_better * distance).mean() - q.mean()
 
 
 def advantage(features: Tensor, action: Tensor, online: Networks) -> Tensor:

@@ -8,7 +8,6 @@ from typing import NamedTuple
 
 import torch
 from torch import Tensor, nn
-from torch.nn import functional
 
 POLICY, CONTROLLER = 0, 1  # columns of Q(x, σ)
 
@@ -22,6 +21,7 @@ class NetworkShape(NamedTuple):
         action_low: smallest action, physical units.
         action_high: largest action, physical units.
         widths: of the fully connected layers, alike in policy and critic.
+        layer_norm: whether the critic branch normalises each hidden layer.
     """
 
     observation_size: int
@@ -29,6 +29,7 @@ class NetworkShape(NamedTuple):
     action_low: Sequence[float]
     action_high: Sequence[float]
     widths: Sequence[int]
+    layer_norm: bool = False
 
 
 class Features(nn.Module):
@@ -56,7 +57,7 @@ class Features(nn.Module):
         return torch.cat([extracted.flatten(1), observation[:, scans * beams :]], dim=1)
 
 
-class Policy(nn.Module):
+class PolicyHead(nn.Module):
     """π(x): fully connected layers over the features; sigmoid for an action from 0 up, tanh for one of both signs."""
 
     def __init__(self, shape: NetworkShape, features: int) -> None:
@@ -80,8 +81,8 @@ class CriticBranch(nn.Module):
     def __init__(self, shape: NetworkShape, features: int) -> None:
         super().__init__()
         widths = shape.widths
-        self.first = nn.Linear(features, widths[0])
-        self.rest = mlp([widths[0] + len(shape.action_low), *widths[1:]])
+        self.first = mlp([features, widths[0]], shape.layer_norm)
+        self.rest = mlp([widths[0] + len(shape.action_low), *widths[1:]], shape.layer_norm)
         self.out = small_linear(widths[-1], 1)
         low, high = torch.tensor(shape.action_low), torch.tensor(shape.action_high)
         self.register_buffer("middle", (high + low) / 2, persistent=False)
@@ -89,8 +90,7 @@ class CriticBranch(nn.Module):
 
     def forward(self, features: Tensor, action: Tensor) -> Tensor:  # [B, F], [B, A] → [B]
         scaled = (action - self.middle) / self.half_range
-        hidden = functional.relu(self.first(features))
-        return self.out(self.rest(torch.cat([hidden, scaled], dim=1))).squeeze(1)
+        return self.out(self.rest(torch.cat([self.first(features), scaled], dim=1))).squeeze(1)
 
 
 class SwitchBranch(nn.Module):
@@ -115,27 +115,37 @@ class SwitchBranch(nn.Module):
 class Networks(nn.Module):
     """Everything that has a target: policy, critic branch and, where there is a controller, switch branch.
 
-    The convolutions are shared: the paper draws one feature extraction before all three parts. Eq. 4 trains them; the
-    policy takes the features as they are.
+    Policy and Critic-DQN have convolutions of their own, the two branches of the Critic-DQN share theirs: the paper
+    draws one feature extraction before all three and does not say whose gradient trains it.
     """
 
     def __init__(self, shape: NetworkShape, with_switch: bool) -> None:
         super().__init__()
+        self.policy_features = Features(shape.observation_size, shape.scan_shape)
+        self.policy_head = PolicyHead(shape, self.policy_features.size)
         self.features = Features(shape.observation_size, shape.scan_shape)
-        self.policy = Policy(shape, self.features.size)
         self.critic = CriticBranch(shape, self.features.size)
         self.switch = SwitchBranch(shape, self.features.size) if with_switch else None
 
+    def policy(self, observation: Tensor) -> Tensor:  # [B, O] → [B, A], physical units
+        """π(x)."""
+        action: Tensor = self.policy_head(self.policy_features(observation))
+        return action
+
+    def policy_parameters(self) -> list[nn.Parameter]:
+        """What Eq. 5 trains."""
+        return [parameter for name, parameter in self.named_parameters() if name.startswith("policy")]
+
     def critic_dqn_parameters(self) -> list[nn.Parameter]:
         """What Eq. 4 trains."""
-        return [parameter for name, parameter in self.named_parameters() if not name.startswith("policy.")]
+        return [parameter for name, parameter in self.named_parameters() if not name.startswith("policy")]
 
 
-def mlp(sizes: Sequence[int]) -> nn.Sequential:
-    """Fully connected layers, each followed by ReLU."""
+def mlp(sizes: Sequence[int], layer_norm: bool = False) -> nn.Sequential:
+    """Fully connected layers, each followed by ReLU, with a normalisation between if asked for."""
     layers: list[nn.Module] = []
     for fan_in, fan_out in zip(sizes[:-1], sizes[1:], strict=True):
-        layers += [nn.Linear(fan_in, fan_out), nn.ReLU()]
+        layers += [nn.Linear(fan_in, fan_out), *([nn.LayerNorm(fan_out)] if layer_norm else []), nn.ReLU()]
     return nn.Sequential(*layers)
 
 

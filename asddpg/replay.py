@@ -19,6 +19,7 @@ class Transition(NamedTuple):
     discount: float  # 0 after the end of an episode, 1 otherwise, a time limit included
     next_observation: Observation
     by_policy: float  # σ: 1 where the policy drove, 0 where the controller did
+    controller_action: Action  # what the controller would have done; the action itself where there is none
 
 
 class ReplayBuffer:
@@ -50,6 +51,7 @@ class ReplayBuffer:
         row[layout.discount] = transition.discount
         row[layout.by_policy] = transition.by_policy
         row[layout.next_observation] = transition.next_observation
+        row[layout.controller_action] = transition.controller_action
         self._next = (self._next + 1) % self._capacity
         self._size = min(self._size + 1, self._capacity)
 
@@ -59,7 +61,7 @@ class ReplayBuffer:
 
 
 class Layout:
-    """Columns of a packed transition: x, a, r, discount, σ, x'."""
+    """Columns of a packed transition: x, a, r, discount, σ, x', controller's action."""
 
     def __init__(self, observation_size: int, action_size: int) -> None:
         self.observation = slice(0, observation_size)
@@ -68,4 +70,5 @@ class Layout:
         self.discount = self.reward + 1
         self.by_policy = self.reward + 2
         self.next_observation = slice(self.reward + 3, self.reward + 3 + observation_size)
-        self.width = self.next_observation.stop
+        self.controller_action = slice(self.next_observation.stop, self.next_observation.stop + action_size)
+        self.width = self.controller_action.stop

@@ -1,0 +1,62 @@
+# The verbs of this project; CONTRIBUTING.md says when to use which.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+PIP_INSTALL = $(BIN)/python -m pip install --quiet --constraint constraints.txt
+task ?= nav_complex
+ARGS ?=
+
+.PHONY: help install dev train evaluate check test test-fast bench results clean
+
+help:
+	@echo 'make train task=nav_complex ARGS="seed=1 total_steps=5000"   set up, train, evaluate'
+	@echo 'make test       set up and run the tests        make test-fast  without the slow ones'
+	@echo 'make check      format, lint, types             make bench      speed of environment and training'
+	@echo 'make results    the runs behind the README      make clean      remove .venv and caches'
+
+# Installing writes the stamp last: an interrupted install is begun again.
+$(VENV)/python:
+	$(PYTHON) -c 'import sys; sys.exit("asddpg needs Python 3.11 or newer" if sys.version_info < (3, 11) else 0)'
+	$(PYTHON) -m venv $(VENV)
+	@touch $@
+
+$(VENV)/installed: $(VENV)/python pyproject.toml constraints.txt
+	$(PIP_INSTALL) --editable .
+	@touch $@
+
+$(VENV)/dev: $(VENV)/installed
+	$(PIP_INSTALL) --editable '.[dev]'
+	@touch $@
+
+$(VENV)/bench: $(VENV)/installed
+	$(PIP_INSTALL) --editable '.[bench]'
+	@touch $@
+
+install: $(VENV)/installed
+dev: $(VENV)/dev
+
+train: install
+	$(BIN)/python -m asddpg.train task=$(task) $(ARGS)
+
+evaluate: install
+	$(BIN)/python -m asddpg.evaluate $(ARGS)
+
+check: dev
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/mypy
+
+test: dev
+	$(BIN)/python -m pytest
+
+test-fast: dev
+	$(BIN)/python -m pytest -m "not slow"
+
+bench: $(VENV)/bench
+	$(BIN)/python -m tools.bench $(ARGS)
+
+results: install
+	$(BIN)/python -m tools.results $(ARGS)
+
+clean:
+	rm -rf $(VENV) .pytest_cache .mypy_cache .ruff_cache build dist *.egg-info

@@ -1,0 +1,208 @@
+"""What AsDDPG does, seen from outside."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+
+from asddpg.agent import AsDDPG
+from asddpg.config import LearningConfig
+from asddpg.controllers import ProportionalController
+from asddpg.drivers import actor_alone
+from asddpg.exploration import OrnsteinUhlenbeckNoise
+from asddpg.loop import run_episode
+from asddpg.networks import Networks, NetworkShape
+from asddpg.replay import ReplayBuffer
+from asddpg.types import Action, Decision, Driver, Observation, Step
+
+LOW, HIGH = np.array([0.0, -1.0], dtype=np.float32), np.array([0.5, 1.0], dtype=np.float32)
+
+
+class Identity:
+    """Do what the observation says: reward −|a − wanted|², an episode is 10 steps. Knows nothing of robots."""
+
+    def __init__(self, seed: int) -> None:
+        self.rng = np.random.default_rng(seed)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        self.steps = 0
+        return self._observe(), {}
+
+    def _observe(self) -> Observation:
+        self.wanted: Action = self.rng.uniform(LOW, HIGH).astype(np.float32)
+        return np.concatenate([self.wanted, np.ones(1, np.float32)]).astype(np.float32)
+
+    def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        self.steps += 1
+        reward = -float(np.sum(((action - self.wanted) / (HIGH - LOW)) ** 2))
+        return self._observe(), reward, False, self.steps == 10, {}
+
+
+class Useless:
+    def act(self, observation: Observation) -> Action:
+        return LOW
+
+
+def make_agent(controller: Any, seed: int = 0, **learning: Any) -> AsDDPG:
+    config = LearningConfig(learning_starts=100, actor_learning_rate=1e-3, gamma=0.5, **learning)
+    shape = NetworkShape(3, None, LOW.tolist(), HIGH.tolist(), (32, 32))
+    torch.manual_seed(seed)
+    rng = np.random.default_rng(seed)
+    return AsDDPG(
+        networks=Networks(shape, with_switch=controller is not None),
+        shape=shape,
+        config=config,
+        replay=ReplayBuffer(5000, 3, 2, rng),
+        noise=OrnsteinUhlenbeckNoise((HIGH - LOW) / 2, 0.15, 0.3, 0, 1.0, rng),
+        controller=controller,
+        device=torch.device("cpu"),
+    )
+
+
+def train(agent: AsDDPG, steps: int) -> None:
+    environment, done = Identity(seed=1), 0
+    while done < steps:
+        done += run_episode(environment, agent).steps
+
+
+def mean_reward(agent: Any) -> float:
+    environment = Identity(seed=2)
+    return float(np.mean([run_episode(environment, agent).total_reward / 10 for _ in range(20)]))
+
+
+@pytest.mark.parametrize("controller", [None, Useless()], ids=["ddpg", "asddpg"])
+def test_learns_an_identity_task(controller: Any) -> None:
+    agent = make_agent(controller)
+    before = mean_reward(actor_alone(agent))
+    train(agent, 3000)
+    after = mean_reward(actor_alone(agent))
+    assert before < -0.1
+    assert after > -0.01
+
+
+def test_switch_drops_a_useless_controller() -> None:
+    agent = make_agent(Useless())
+    train(agent, 3000)
+    environment = Identity(seed=3)
+    shares = [run_episode(environment, agent).controller_share for _ in range(20)]
+    assert np.mean(shares) < 0.2
+
+
+def test_switch_keeps_a_perfect_controller_while_the_policy_cannot() -> None:
+    class Perfect:
+        def act(self, observation: Observation) -> Action:
+            return observation[:2]
+
+    agent = make_agent(Perfect())
+    agent._policy_optimizer.param_groups[0]["lr"] = 0.0
+    train(agent, 3000)
+    assert np.mean([run_episode(Identity(seed=4), agent).controller_share for _ in range(20)]) > 0.8
+
+
+def test_the_greedy_switch_takes_the_larger_q() -> None:
+    agent = make_agent(Useless())
+    rng = np.random.default_rng(0)
+    assert agent.networks.switch is not None
+    seen = set()
+    for bias in (-1.0, 1.0):
+        with torch.no_grad():
+            agent.networks.switch.advantage.bias.copy_(torch.tensor([bias, -bias]))
+        decision = agent.decide(rng.normal(size=3).astype(np.float32))
+        assert decision.q_policy is not None
+        assert decision.q_controller is not None
+        assert (decision.driver is Driver.CONTROLLER) == (decision.q_controller > decision.q_policy)
+        if decision.driver is Driver.CONTROLLER:
+            assert decision.noise is None
+            np.testing.assert_array_equal(decision.action, decision.controller_action)
+        else:
+            assert decision.noise is not None
+        seen.add(decision.driver)
+    assert seen == {Driver.POLICY, Driver.CONTROLLER}
+
+
+def test_executed_actions_stay_within_bounds() -> None:
+    agent = make_agent(None)
+    agent.begin_episode()
+    for _ in range(300):
+        action = agent.decide(np.array([0.5, 1.0, 1.0], dtype=np.float32)).action
+        assert np.all(action >= LOW)
+        assert np.all(action <= HIGH)
+
+
+def stored(agent: AsDDPG, **changes: Any) -> Mapping[str, float]:
+    observation = np.zeros(3, dtype=np.float32)
+    decision = Decision(LOW, changes.pop("driver", Driver.POLICY))
+    values: dict[str, Any] = {"reward": 1.0, "terminated": False, "truncated": False, "info": {}} | changes
+    agent.learn(Step(observation, decision, next_observation=observation, **values))
+    layout = agent._replay.layout
+    row = agent._replay._rows[len(agent._replay) - 1]
+    return {"discount": row[layout.discount], "reward": row[layout.reward], "by_policy": row[layout.by_policy]}
+
+
+def test_only_an_end_stops_the_bootstrap() -> None:
+    agent = make_agent(None)
+    assert stored(agent, terminated=True)["discount"] == 0.0
+    assert stored(agent, truncated=True)["discount"] == 1.0
+    assert stored(agent)["discount"] == 1.0
+
+
+def test_help_is_charged_to_the_controller_alone() -> None:
+    agent = make_agent(Useless(), gamma_p=0.25)
+    info = {"dense_reward": 0.4}
+    assert stored(agent, driver=Driver.POLICY, info=info)["reward"] == 1.0
+    charged = stored(agent, driver=Driver.CONTROLLER, info=info)
+    assert charged["reward"] == pytest.approx(0.7)
+    assert charged["by_policy"] == 0.0
+
+
+def test_state_comes_back_whole() -> None:
+    agent, other = make_agent(Useless(), seed=0), make_agent(Useless(), seed=9)
+    train(agent, 300)
+    other.load_state(agent.state())
+    observation = np.array([0.2, -0.3, 1.0], dtype=np.float32)
+    np.testing.assert_array_equal(agent.act(observation), other.act(observation))
+    assert other.updates == agent.updates
+
+
+def test_proportional_controller_heads_for_the_goal_within_bounds() -> None:
+    controller = ProportionalController((2.0, 3.0), LOW, HIGH)
+    observation = np.zeros(124, dtype=np.float32)
+    observation[-2:] = [0.1, -0.2]
+    np.testing.assert_allclose(controller.act(observation), [0.2, -0.6], rtol=1e-6)
+    observation[-2:] = [-5.0, 5.0]
+    np.testing.assert_array_equal(controller.act(observation), [0.0, 1.0])
+
+
+def test_noise_wanders_fades_and_starts_anew() -> None:
+    noise = OrnsteinUhlenbeckNoise(np.array([0.25, 1.0]), 0.15, 0.2, 100, 0.1, np.random.default_rng(0))
+    samples = np.array([noise.sample() for _ in range(20_000)]) / [0.25, 1.0]
+    # Stationary deviation of n ← (1 − θ) n + σ 𝒩: σ / √(1 − (1 − θ)²).
+    np.testing.assert_allclose(samples.std(axis=0), 0.2 / np.sqrt(1 - 0.85**2), rtol=0.05)
+    np.testing.assert_allclose([np.corrcoef(samples[:-1, i], samples[1:, i])[0, 1] for i in (0, 1)], 0.85, atol=0.02)
+    for _ in range(50):
+        noise.advance()
+    assert noise.scale == pytest.approx(0.55)
+    for _ in range(100):
+        noise.advance()
+    assert noise.scale == pytest.approx(0.1)
+    noise.reset()
+    assert np.all(np.abs(noise.sample()) < 0.2)
+
+
+def test_replay_keeps_the_newest_and_gives_back_what_was_put_in() -> None:
+    from asddpg.replay import Transition
+
+    buffer = ReplayBuffer(4, 3, 2, np.random.default_rng(0))
+    for value in range(6):
+        part = np.full(3, value, dtype=np.float32)
+        buffer.add(Transition(part, part[:2] + 10, value + 20, 1.0, part + 30, 0.0, part[:2] + 40))
+    layout, rows = buffer.layout, buffer.sample(200)
+    values = rows[:, 0]
+    assert set(values) == {2.0, 3.0, 4.0, 5.0}
+    for part, offset in ((layout.action, 10), (layout.next_observation, 30), (layout.controller_action, 40)):
+        assert np.all(rows[:, part] == values[:, None] + offset)
+    assert np.all(rows[:, layout.reward] == values + 20)

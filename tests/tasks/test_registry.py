@@ -1,0 +1,147 @@
+"""Ten things every registered task must do; a new task gets them for free."""
+
+import dm_env
+import gymnasium
+import numpy as np
+import pytest
+from dm_env import test_utils
+from gymnasium.utils.env_checker import check_env
+
+import tasks
+from tasks import held_out
+from tasks.errors import TaskError
+from tasks.goals import HELD_OUT_MARGIN
+from tasks.obstacles import Obstacles
+
+EVERY_TASK = pytest.mark.parametrize("name", tasks.ALL_TASKS)
+
+
+def drive(environment, steps, seed=0):  # type: ignore[no-untyped-def]
+    """Random commands; the time steps, resets included."""
+    rng = np.random.default_rng(seed)
+    spec = environment.action_spec()
+    return [environment.step(rng.uniform(spec.minimum, spec.maximum)) for _ in range(steps)]
+
+
+@EVERY_TASK
+def test_same_seed_same_trajectory(name: str) -> None:
+    first, second = (drive(tasks.load(name, random=3), 60) for _ in range(2))
+    for one, other in zip(first, second, strict=True):
+        assert one.step_type == other.step_type
+        assert one.reward == other.reward
+        for key in one.observation:
+            np.testing.assert_array_equal(one.observation[key], other.observation[key])
+
+
+@EVERY_TASK
+def test_other_seed_other_goal(name: str) -> None:
+    goals = [tasks.load(name, random=seed) for seed in (1, 2)]
+    for environment in goals:
+        environment.reset()
+    assert goals[0].physics.goal() != goals[1].physics.goal()
+
+
+@EVERY_TASK
+def test_observations_stay_within_their_spec_and_share_no_memory(name: str) -> None:
+    environment = tasks.load(name, random=0)
+    spec = environment.observation_spec()
+    steps = drive(environment, 100)
+    for before, after in zip(steps[:-1], steps[1:], strict=True):
+        for key, part in after.observation.items():
+            spec[key].validate(part)
+            assert not np.shares_memory(part, before.observation[key])
+
+
+@EVERY_TASK
+def test_no_observation_is_constant(name: str) -> None:
+    steps = drive(tasks.load(name, random=0), 150)
+    for key in ("ranges", "velocity", "goal"):
+        seen = np.stack([step.observation[key] for step in steps])
+        assert np.all(np.ptp(seen, axis=0) > 0), key
+
+
+@EVERY_TASK
+def test_every_element_of_the_scene_is_named_and_three_cameras_look_on(name: str) -> None:
+    model = tasks.load(name, random=0).physics.model.ptr
+    for kind in ("body", "geom", "jnt", "site", "sensor", "cam"):
+        count = getattr(model, "n" + kind)
+        names = [getattr(model, kind)(index).name for index in range(count)]
+        assert all(names), f"{kind}: {names}"
+    assert {"chase", "top", "onboard"} <= {model.cam(index).name for index in range(model.ncam)}
+
+
+@EVERY_TASK
+def test_drawn_goals_follow_the_rule_and_keep_off_the_held_out_ones(name: str) -> None:
+    environment = tasks.load(name, random=11)
+    obstacles = Obstacles.from_model(environment.physics.model.ptr)
+    held_out_goals = held_out.held_out_goals(name)
+    for _ in range(300):
+        environment.reset()
+        goal = np.array(environment.physics.goal())
+        assert np.all(np.abs(goal) <= 3.7)
+        assert not np.all(np.abs(goal) < 2.0)
+        assert obstacles.clearance(goal) >= 0.25
+        assert np.min(np.hypot(*(held_out_goals - goal).T)) > HELD_OUT_MARGIN
+
+
+@EVERY_TASK
+def test_stored_sets_have_their_sizes_and_a_path_to_every_goal(name: str) -> None:
+    for set_name, size in (("validation", 50), ("test", 200)):
+        pairs = held_out.held_out_pairs(name, set_name)  # type: ignore[arg-type]
+        assert len(pairs) == size
+        for pair in pairs:
+            straight = np.hypot(pair.goal[0] - pair.start.x, pair.goal[1] - pair.start.y) - 0.3
+            assert straight - 0.06 <= pair.shortest_path <= 2 * straight + 1
+
+
+@EVERY_TASK
+def test_gymnasium_checker_has_nothing_to_say(name: str) -> None:
+    environment = gymnasium.make(tasks.gymnasium_id(name), render_mode="rgb_array")
+    check_env(environment.unwrapped)
+    environment.close()
+
+
+@EVERY_TASK
+def test_actions_are_in_physical_units(name: str) -> None:
+    environment = gymnasium.make(tasks.gymnasium_id(name))
+    np.testing.assert_allclose(environment.action_space.low, [0.0, -np.pi / 3], rtol=1e-6)  # type: ignore[attr-defined]
+    np.testing.assert_allclose(environment.action_space.high, [0.5, np.pi / 3], rtol=1e-6)  # type: ignore[attr-defined]
+    assert environment.observation_space.shape == (124,)
+
+
+@EVERY_TASK
+def test_held_out_sets_are_what_the_tool_draws(name: str) -> None:
+    from tools.draw_held_out import stored_text
+
+    assert stored_text(name) == (held_out.FOLDER / f"{name}.json").read_text()
+
+
+@pytest.mark.parametrize("vectorization", ["sync", "async"])
+def test_runs_in_a_vector(vectorization: str) -> None:
+    vector = gymnasium.make_vec("asddpg/NavComplex-v0", num_envs=2, vectorization_mode=vectorization)
+    try:
+        observations, _ = vector.reset(seed=0)
+        assert observations.shape == (2, 124)
+        for _ in range(5):
+            observations, rewards, *_ = vector.step(vector.action_space.sample())
+        assert observations.shape == (2, 124)
+        assert rewards.shape == (2,)
+        assert not np.array_equal(observations[0], observations[1])
+    finally:
+        vector.close()
+
+
+def test_a_wrong_name_lists_the_right_ones() -> None:
+    with pytest.raises(TaskError, match="nav_foo.*nav_empty, nav_simple, nav_complex"):
+        tasks.load("nav_foo")
+    with pytest.raises(TaskError, match="lush.*dense, sparse"):
+        tasks.load("nav_empty", reward="lush")
+
+
+class TestDmEnvConformance(test_utils.EnvironmentTestMixin):
+    def make_object_under_test(self) -> dm_env.Environment:
+        return tasks.load("nav_complex", random=0)
+
+    @pytest.fixture(autouse=True)
+    def _set_up(self) -> None:
+        self.setUp()
