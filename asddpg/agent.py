@@ -15,7 +15,7 @@ from asddpg.controllers import Controller
 from asddpg.exploration import OrnsteinUhlenbeckNoise
 from asddpg.flat import FlatParameters
 from asddpg.losses import Batch, bellman_targets, critic_dqn_loss, policy_loss
-from asddpg.networks import CONTROLLER, POLICY, Networks, NetworkShape
+from asddpg.networks import Networks, NetworkShape
 from asddpg.replay import ReplayBuffer, Transition
 from asddpg.types import Action, Decision, Driver, Observation, Step
 
@@ -109,7 +109,7 @@ class AsDDPG:
 
     # Learning -----------------------------------------------------------------------------------------------------
 
-    def learn(self, step: Step) -> Mapping[str, float | Tensor]:
+    def learn(self, step: Step) -> Mapping[str, Tensor]:
         """Algorithm 1, lines 17–21: store the step, and once there are enough, update."""
         decision = step.decision
         driver = decision.driver
@@ -134,7 +134,7 @@ class AsDDPG:
     def update(self, batch: Batch) -> Mapping[str, Tensor]:
         """One update: Critic-DQN by Eq. 4, policy by Eq. 5, then the soft targets."""
         features = self.networks.features(batch.x)
-        targets = bellman_targets(batch, self.networks, self.target, self.config.gamma)
+        targets = bellman_targets(batch, self.networks, self.target, self.config.gamma, self.config.critic_follows_switch)
         loss = critic_dqn_loss(batch, features, self.networks, targets)
         self._critic_dqn.differentiate(loss.total)
         self._critic_optimizer.step()

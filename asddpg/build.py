@@ -48,7 +48,9 @@ def make_agent(config: TrainConfig, environment: gymnasium.Env) -> AsDDPG:
     assert environment.observation_space.shape is not None
     (observation_size,) = environment.observation_space.shape
     scan_shape = getattr(environment.unwrapped, "scan_shape", None)
-    shape = NetworkShape(observation_size, scan_shape, low.tolist(), high.tolist(), config.network.widths, config.network.layer_norm)
+    shape = NetworkShape(
+        observation_size, scan_shape, low.tolist(), high.tolist(), config.network.widths, config.network.layer_norm
+    )
     learning, exploration = config.agent, config.exploration
     return AsDDPG(
         networks=_initial_networks(shape, learning.assisted, stream(config.seed, "weights")),

@@ -97,7 +97,8 @@ def option_names(config: DictConfig, prefix: str = "") -> list[str]:
     names: list[str] = []
     for key in config:
         node = config._get_node(key)
-        names += option_names(node, f"{prefix}{key}.") if isinstance(node, DictConfig) else [f"{prefix}{key}"]
+        name = f"{prefix}{key!s}"
+        names += option_names(node, f"{name}.") if isinstance(node, DictConfig) else [name]
     return names
 
 

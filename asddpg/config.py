@@ -71,6 +71,8 @@ class LearningConfig:
     learning_starts: int = 1000
     # γ_p on the controller's positive dense rewards; 1 makes its help free.
     gamma_p: float = 0.5
+    # Whether Q^A bootstraps from the switch's value, Q'(x', argmax Q), and not from Q^A'(x', π'(x')).
+    critic_follows_switch: bool = False
     # Weight of imitating the controller where the critic prefers its action; 0 leaves the paper's Eq. 5.
     imitation: float = 0.0
 

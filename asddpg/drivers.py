@@ -65,7 +65,7 @@ def controller_alone(controller: Controller) -> FixedDriver:
 def random_actor(low: Action, high: Action, rng: np.random.Generator) -> FixedDriver:
     """Uniformly random actions as a baseline."""
 
-    def decide(observation: Observation) -> Decision:
+    def decide(_: Observation) -> Decision:
         return Decision(rng.uniform(low, high).astype(np.float32), Driver.RANDOM)
 
     return FixedDriver(decide)

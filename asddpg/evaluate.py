@@ -1,4 +1,7 @@
-"""Evaluate: `python -m asddpg.evaluate run=<run_dir> episodes=200`, or a baseline, `agent=controller task=nav_complex`."""
+"""Evaluate: `python -m asddpg.evaluate run=<run_dir> episodes=200`.
+
+A baseline needs no run: `python -m asddpg.evaluate agent=controller task=nav_complex`.
+"""
 
 import dataclasses
 from collections.abc import Sequence
@@ -9,7 +12,6 @@ import gymnasium
 import numpy as np
 from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
-from tqdm import tqdm
 
 from asddpg import checkpoint
 from asddpg.build import action_bounds, check_device, controller_for, make_agent, make_environment, prepare_torch
@@ -18,6 +20,7 @@ from asddpg.config import EvaluateConfig, TrainConfig, check
 from asddpg.drivers import FixedDriver, actor_alone, controller_alone, random_actor, with_switch
 from asddpg.errors import UserError
 from asddpg.evaluation import evaluate, table
+from asddpg.observers.progress import EpisodeBar
 from asddpg.program import run
 from asddpg.run_folder import RunFolder, open_run_folder, read_config, write_json
 from asddpg.streams import stream
@@ -74,7 +77,9 @@ def _trained_config(folder: RunFolder) -> tuple[TrainConfig, dict[str, str]]:
 
 def _evaluate_baseline(config: EvaluateConfig) -> None:
     if config.agent not in BASELINES:
-        raise UserError(f"there is no baseline {config.agent!r}; there are {', '.join(BASELINES)}; a trained agent is run=")
+        raise UserError(
+            f"there is no baseline {config.agent!r}; there are {', '.join(BASELINES)}; a trained agent is run="
+        )
     if config.run is not None or config.task is None:
         raise UserError(f"agent={config.agent} needs task= and no run=, such as task={ALL_TASKS[-1]}")
     defaults = train_config([f"task={config.task}"])
@@ -90,25 +95,23 @@ def _drive(
     config: EvaluateConfig, trained: TrainConfig, environment: gymnasium.Env, driver: FixedDriver, what: str, path: Path
 ) -> None:
     pairs, pairs_name = _pairs(config, trained.task.name, trained.task.goal_radius)
-    with tqdm(total=len(pairs), unit=" episodes", leave=False) as bar:
-        figures = evaluate(
-            environment, driver, pairs, trained.task.control_timestep, after_episode=lambda episode: _tick(bar)
-        )
-    print(f"{what}, {trained.task.name}, {pairs_name}\n{table({config.driver if config.run else config.agent or '': figures})}")
+    bar = EpisodeBar(len(pairs))
+    figures = evaluate(environment, driver, pairs, trained.task.control_timestep, (bar,))
+    bar.close()
+    title = config.agent or config.driver
+    print(f"{what}, {trained.task.name}, {pairs_name}\n{table({title: figures})}")
     content: dict[str, Any] = {"what": what, "task": trained.task.name, "set": pairs_name, **figures.as_dict()}
     content |= {"controller_gains": list(config.controller.gains)} if config.agent == "controller" else {}
     write_json(path, content | versions() | {"model_hash": hash_of(environment)})
     print(f"written to {path}")
 
 
-def _tick(bar: "tqdm[Any]") -> None:
-    bar.update()
-
-
 def _pairs(config: EvaluateConfig, task_name: str, goal_radius: float) -> tuple[Sequence[Pair], str]:
     if config.seed is not None:
         rng = np.random.default_rng(config.seed)
-        return fresh_pairs(task_name, rng, config.episodes, goal_radius), f"{config.episodes} fresh pairs, seed {config.seed}"
+        return fresh_pairs(
+            task_name, rng, config.episodes, goal_radius
+        ), f"{config.episodes} fresh pairs, seed {config.seed}"
     stored = held_out_pairs(task_name, "test")
     if config.episodes > len(stored):
         raise UserError(f"the stored test set has {len(stored)} pairs, not {config.episodes}; seed= draws fresh ones")

@@ -1,12 +1,12 @@
 """Drives the episodes of an evaluation and turns them into figures."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 from asddpg.intervals import Estimate, mean, rate
 from asddpg.loop import run_episode
-from asddpg.types import Agent, Environment, Episode
+from asddpg.types import Agent, Environment, Episode, Observer
 
 STEP_PENALTY, REACH_BONUS = -0.01, 2.0  # the paper's task metric, section V
 
@@ -53,7 +53,7 @@ def evaluate(
     agent: Agent,
     pairs: Sequence[StartGoalPair],
     control_timestep: float,
-    after_episode: Callable[[Episode], None] = lambda episode: None,
+    observers: Sequence[Observer] = (),
 ) -> Figures:
     """Drive one episode for each pair.
 
@@ -62,12 +62,11 @@ def evaluate(
         agent: who drives.
         pairs: from where to where.
         control_timestep: seconds a step.
-        after_episode: called after each, for showing progress.
+        observers: who watches.
     """
-    episodes = []
-    for pair in pairs:
-        episodes.append(run_episode(environment, agent, options={"start": pair.start, "goal": pair.goal}))
-        after_episode(episodes[-1])
+    episodes = [
+        run_episode(environment, agent, observers, options={"start": pair.start, "goal": pair.goal}) for pair in pairs
+    ]
     return figures_of(episodes, [pair.shortest_path for pair in pairs], control_timestep)
 
 

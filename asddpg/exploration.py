@@ -1,6 +1,7 @@
 """Exploration noise."""
 
 import numpy as np
+import numpy.typing as npt
 
 from asddpg.types import Action
 
@@ -13,7 +14,7 @@ class OrnsteinUhlenbeckNoise:
 
     def __init__(
         self,
-        half_range: Action,
+        half_range: npt.ArrayLike,
         theta: float,
         sigma: float,
         decay_steps: int,
@@ -30,11 +31,11 @@ class OrnsteinUhlenbeckNoise:
             final_scale: scale from then on, 0 to 1.
             rng: source of randomness.
         """
-        self._half_range = half_range
+        self._half_range = np.asarray(half_range)
         self._theta, self._sigma = theta, sigma
         self._decay_steps, self._final_scale = decay_steps, final_scale
         self._rng = rng
-        self._state = np.zeros(len(half_range))
+        self._state = np.zeros(len(self._half_range))
         self._steps = 0
 
     def reset(self) -> None:

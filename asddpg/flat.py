@@ -22,7 +22,7 @@ class FlatParameters:
         self.vector = torch.cat([parameter.detach().reshape(-1) for parameter in self._parameters])
         self.vector.grad = torch.zeros_like(self.vector)
         sizes = [parameter.numel() for parameter in self._parameters]
-        for parameter, part in zip(self._parameters, self.vector.split(sizes), strict=True):
+        for parameter, part in zip(self._parameters, torch.split(self.vector, sizes), strict=True):
             parameter.data = part.view_as(parameter)
 
     def differentiate(self, loss: Tensor) -> None:

@@ -42,7 +42,9 @@ class Targets(NamedTuple):
 
 
 @torch.no_grad()
-def bellman_targets(batch: Batch, online: Networks, target: Networks, gamma: float) -> Targets:
+def bellman_targets(
+    batch: Batch, online: Networks, target: Networks, gamma: float, critic_follows_switch: bool = False
+) -> Targets:
     """Eq. 4, first two lines.
 
     y^A = r + γ Q^A'(x', π'(x')),  y^Q = r + γ Q'(x', argmax_σ Q(x', σ)): the online switch chooses, the target switch
@@ -50,11 +52,13 @@ def bellman_targets(batch: Batch, online: Networks, target: Networks, gamma: flo
     """
     gamma_next = gamma * batch.discount
     next_features = target.features(batch.x_next)
+    y_q = None
+    if online.switch is not None and target.switch is not None:
+        sigma = online.switch(online.features(batch.x_next)).argmax(dim=1, keepdim=True)
+        y_q = batch.r + gamma_next * target.switch(next_features).gather(1, sigma).squeeze(1)
+        if critic_follows_switch:
+            return Targets(y_q, y_q)
     y_a = batch.r + gamma_next * target.critic(next_features, target.policy(batch.x_next))
-    if online.switch is None or target.switch is None:
-        return Targets(y_a, None)
-    sigma = online.switch(online.features(batch.x_next)).argmax(dim=1, keepdim=True)
-    y_q = batch.r + gamma_next * target.switch(next_features).gather(1, sigma).squeeze(1)
     return Targets(y_a, y_q)
 
 
@@ -93,13 +97,14 @@ def policy_loss(batch: Batch, features: Tensor, online: Networks, imitation: flo
         imitation: weight of the distance; 0 leaves Eq. 5.
     """
     action = online.policy(batch.x)
-    q = online.critic(features, action)
+    q: Tensor = online.critic(features, action)
     if imitation == 0.0:
         return -q.mean()
     with torch.no_grad():
         is_better = online.critic(features, batch.controller_action) > q
     distance = torch.square((action - batch.controller_action) / online.policy_head.half_range).sum(dim=1)
-    return imitation * (is_better * distance).mean() - q.mean()
+    imitation_loss: Tensor = imitation * (is_better * distance).mean()
+    return imitation_loss - q.mean()
 
 
 def advantage(features: Tensor, action: Tensor, online: Networks) -> Tensor:
@@ -107,4 +112,5 @@ def advantage(features: Tensor, action: Tensor, online: Networks) -> Tensor:
     if online.switch is None:
         raise ValueError("without a switch branch there is no V(x) to take the advantage over")
     value, _ = online.switch.value_and_q(features)
-    return online.critic(features, action) - value
+    q: Tensor = online.critic(features, action)
+    return q - value

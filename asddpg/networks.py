@@ -4,6 +4,7 @@ Shapes: B batch, O observation, F features, A action.
 """
 
 from collections.abc import Sequence
+from itertools import pairwise
 from typing import NamedTuple
 
 import torch
@@ -43,13 +44,17 @@ class Features(nn.Module):
             return
         scans, beams = scan_shape
         self.convolutions = nn.Sequential(
-            nn.Conv1d(scans, 32, kernel_size=5, stride=2), nn.ReLU(), nn.Conv1d(32, 32, kernel_size=3, stride=2), nn.ReLU()
+            nn.Conv1d(scans, 32, kernel_size=5, stride=2),
+            nn.ReLU(),
+            nn.Conv1d(32, 32, kernel_size=3, stride=2),
+            nn.ReLU(),
         )
         with torch.no_grad():
             extracted = self.convolutions(torch.zeros(1, scans, beams)).numel()
         self.size = extracted + observation_size - scans * beams
 
     def forward(self, observation: Tensor) -> Tensor:  # [B, O] → [B, F]
+        """Features of observations."""
         if self.scan_shape is None:
             return observation
         scans, beams = self.scan_shape
@@ -59,6 +64,10 @@ class Features(nn.Module):
 
 class PolicyHead(nn.Module):
     """π(x): fully connected layers over the features; sigmoid for an action from 0 up, tanh for one of both signs."""
+
+    middle: Tensor
+    half_range: Tensor
+    steepness: Tensor
 
     def __init__(self, shape: NetworkShape, features: int) -> None:
         super().__init__()
@@ -71,12 +80,16 @@ class PolicyHead(nn.Module):
         self.register_buffer("steepness", torch.where(low == 0.0, 0.5, 1.0), persistent=False)
 
     def forward(self, features: Tensor) -> Tensor:  # [B, F] → [B, A], physical units
+        """π(x) from the features of x."""
         squashed = torch.tanh(self.out(self.hidden(features)) * self.steepness)
         return self.middle + self.half_range * squashed
 
 
 class CriticBranch(nn.Module):
     """Q^A(x, a): the action joins at the second layer; no activation at the output."""
+
+    middle: Tensor
+    half_range: Tensor
 
     def __init__(self, shape: NetworkShape, features: int) -> None:
         super().__init__()
@@ -89,8 +102,10 @@ class CriticBranch(nn.Module):
         self.register_buffer("half_range", (high - low) / 2, persistent=False)
 
     def forward(self, features: Tensor, action: Tensor) -> Tensor:  # [B, F], [B, A] → [B]
+        """Q^A(x, a) from the features of x."""
         scaled = (action - self.middle) / self.half_range
-        return self.out(self.rest(torch.cat([self.first(features), scaled], dim=1))).squeeze(1)
+        q: Tensor = self.out(self.rest(torch.cat([self.first(features), scaled], dim=1)))
+        return q.squeeze(1)
 
 
 class SwitchBranch(nn.Module):
@@ -103,6 +118,7 @@ class SwitchBranch(nn.Module):
         self.advantage = small_linear(shape.widths[-1], 2)
 
     def forward(self, features: Tensor) -> Tensor:  # [B, F] → [B, 2], columns POLICY, CONTROLLER
+        """Q(x, σ) from the features of x."""
         return self.value_and_q(features)[1]
 
     def value_and_q(self, features: Tensor) -> tuple[Tensor, Tensor]:
@@ -144,7 +160,7 @@ class Networks(nn.Module):
 def mlp(sizes: Sequence[int], layer_norm: bool = False) -> nn.Sequential:
     """Fully connected layers, each followed by ReLU, with a normalisation between if asked for."""
     layers: list[nn.Module] = []
-    for fan_in, fan_out in zip(sizes[:-1], sizes[1:], strict=True):
+    for fan_in, fan_out in pairwise(sizes):
         layers += [nn.Linear(fan_in, fan_out), *([nn.LayerNorm(fan_out)] if layer_norm else []), nn.ReLU()]
     return nn.Sequential(*layers)
 

@@ -44,7 +44,9 @@ def main(words: Sequence[str]) -> None:
     if config.test_episodes:
         tested = test(config, folder, environment, agent)
         contents = {name: figures.as_dict() for name, figures in tested.items()}
-        write_json(folder.evaluation, {"task": config.task.name, "set": "test", "driver": "actor", **contents, **made_with})
+        write_json(
+            folder.evaluation, {"task": config.task.name, "set": "test", "driver": "actor", **contents, **made_with}
+        )
         print(f"actor alone on {config.test_episodes} stored test pairs:\n{table(tested)}")
     print(f"the run lies in {folder.path}; evaluate it: python -m asddpg.evaluate run={folder.path}")
 
@@ -90,13 +92,15 @@ class Training:
     def _validate(self, steps: int) -> None:
         config = self._config
         pairs = held_out_pairs(config.task.name, "validation")[: config.validation.episodes]
-        figures = evaluate(
-            self._validation_environment, actor_alone(self._agent), pairs, config.task.control_timestep
-        )
+        figures = evaluate(self._validation_environment, actor_alone(self._agent), pairs, config.task.control_timestep)
         reach, crash, metric = (figures.reach_rate.value, figures.crash_rate.value, figures.metric.value)
-        assert reach is not None and crash is not None and metric is not None
+        assert reach is not None
+        assert crash is not None
+        assert metric is not None
         self._write_validation(steps, reach, crash, metric)
-        self._bar.say(f"step {steps}: actor alone reaches {reach:.2f}, crashes {crash:.2f} ({len(pairs)} validation pairs)")
+        self._bar.say(
+            f"step {steps}: actor alone reaches {reach:.2f}, crashes {crash:.2f} ({len(pairs)} validation pairs)"
+        )
         checkpoint.save(self._folder.checkpoint("last"), self._agent, steps)
         if (reach, metric) > self._best:
             self._best = (reach, metric)
@@ -114,9 +118,7 @@ class Training:
             self._tensorboard.add_scalar(f"validation/{name}", row[name], steps)
 
 
-def test(
-    config: TrainConfig, folder: RunFolder, environment: gymnasium.Env, agent: AsDDPG
-) -> dict[str, Figures]:
+def test(config: TrainConfig, folder: RunFolder, environment: gymnasium.Env, agent: AsDDPG) -> dict[str, Figures]:
     """Figures of the actor alone on the stored test set, for the checkpoints last and best."""
     pairs = held_out_pairs(config.task.name, "test")[: config.test_episodes]
     figures = {}

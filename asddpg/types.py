@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, Protocol
+from typing import Any, Protocol, SupportsFloat
 
 import numpy as np
 import numpy.typing as npt
@@ -68,7 +68,7 @@ class Agent(Protocol):
     def decide(self, observation: Observation) -> Decision:
         """Choose the next action."""
 
-    def learn(self, step: Step) -> Mapping[str, float]:
+    def learn(self, step: Step) -> Mapping[str, SupportsFloat]:
         """Take in a step; returns named figures of what was learned, none where nothing was."""
 
 
@@ -78,7 +78,7 @@ class Observer(Protocol):
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
         """An episode begins."""
 
-    def step(self, step: Step, learned: Mapping[str, float]) -> None:
+    def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
         """A step was made."""
 
     def end_episode(self, episode: "Episode") -> None:

@@ -24,5 +24,6 @@ def draw_pairs(
     lengths = ShortestPaths(obstacles, HALF_ROOM).lengths((0.0, 0.0), goals, goal_radius)
     start = Pose(0.0, 0.0, 0.0)
     return tuple(
-        Pair(start, (float(x), float(y)), round(float(length), 3)) for (x, y), length in zip(goals, lengths, strict=True)
+        Pair(start, (float(x), float(y)), round(float(length), 3))
+        for (x, y), length in zip(goals, lengths, strict=True)
     )

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import dm_env
 import gymnasium
 import numpy as np
 from gymnasium import spaces
@@ -18,7 +17,7 @@ from tasks.rewards import Reward, dense_part
 from tasks.stacking import Float32Array, ScanStack
 
 
-class NavigationEnv(gymnasium.Env[Float32Array, FloatArray]):
+class NavigationEnv(gymnasium.Env[Any, Any]):
     """A task behind Gymnasium's API; actions in [−1, 1], as its checker recommends for a raw environment.
 
     `gymnasium.make` puts `PhysicalActions` around it, whose Box is in m/s and rad/s.
@@ -27,7 +26,10 @@ class NavigationEnv(gymnasium.Env[Float32Array, FloatArray]):
     `dense_reward` (what γ_p may scale), and at the end `outcome`.
     """
 
-    metadata = {"render_modes": ["rgb_array"], "render_fps": round(1 / constants.CONTROL_TIMESTEP)}
+    metadata = {  # noqa: RUF012
+        "render_modes": ["rgb_array"],
+        "render_fps": round(1 / constants.CONTROL_TIMESTEP),
+    }
 
     def __init__(
         self,
@@ -152,7 +154,7 @@ class NavigationEnv(gymnasium.Env[Float32Array, FloatArray]):
             self._renderer = None
 
 
-class PhysicalActions(gymnasium.Wrapper[Float32Array, FloatArray, Float32Array, FloatArray]):
+class PhysicalActions(gymnasium.Wrapper[Any, Any, Any, Any]):
     """Actions in physical units: v in m/s and ω in rad/s."""
 
     def __init__(self, env: NavigationEnv) -> None:
@@ -172,9 +174,7 @@ def gymnasium_id(task_name: str) -> str:
 
 def register() -> None:
     """Register every task with Gymnasium."""
-    physical = gymnasium.envs.registration.WrapperSpec(
-        "PhysicalActions", f"{__name__}:PhysicalActions", kwargs={}
-    )
+    physical = gymnasium.envs.registration.WrapperSpec("PhysicalActions", f"{__name__}:PhysicalActions", kwargs={})
     for task_name in ALL_TASKS:
         gymnasium.register(
             gymnasium_id(task_name),

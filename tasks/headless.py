@@ -1,8 +1,8 @@
 """Imports mujoco and dm_control without letting them look for a graphics library.
 
-Both load one at import: with MUJOCO_GL set to a library that is missing the import fails, with none set dm_control tries
-a screen first and warns. Pictures have their own loader here (rendering.py), so this module, imported before any other
-of the package, hides the variable for the moment of the import.
+Both load one at import: with MUJOCO_GL set to a library that is missing the import fails, with none set dm_control
+tries a screen first and warns. Pictures have their own loader here (rendering.py), so this module, imported before any
+other of the package, hides the variable for the moment of the import.
 """
 
 import os

@@ -42,7 +42,7 @@ class ShortestPaths:
         nearest = int(np.argmin(np.sum((self._points - start) ** 2, axis=1)))
         from_start = dijkstra(self._graph, directed=False, indices=nearest)
         within = np.sum((self._points[None] - goals[:, None]) ** 2, axis=-1) <= goal_radius**2  # [n, cells]
-        return np.where(within, from_start, np.inf).min(axis=1)
+        return np.asarray(np.where(within, from_start, np.inf).min(axis=1))
 
     @cached_property
     def _graph(self) -> csr_array:
@@ -55,7 +55,9 @@ class ShortestPaths:
             passable = free[here] & free[there] & (self._obstacles.clearance(middles) >= ROBOT_RADIUS)
             ends.append(np.stack([here[passable], there[passable]]))
             lengths.append(np.full(np.count_nonzero(passable), CELL * np.hypot(dx, dy)))
-        return coo_array((np.concatenate(lengths), tuple(np.concatenate(ends, axis=1))), shape=(index.size,) * 2).tocsr()
+        return coo_array(
+            (np.concatenate(lengths), tuple(np.concatenate(ends, axis=1))), shape=(index.size,) * 2
+        ).tocsr()
 
 
 def _pairs(index: IntArray, dx: int, dy: int) -> tuple[IntArray, IntArray]:

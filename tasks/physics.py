@@ -62,7 +62,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         self._crashed = False
 
     def _id(self, kind: mujoco.mjtObj, name: str) -> int:
-        index = mujoco.mj_name2id(self.model.ptr, kind, name)
+        index: int = mujoco.mj_name2id(self.model.ptr, kind, name)
         if index < 0:
             raise ValueError(f"the scene lacks the {kind.name[6:].lower()} {name!r} that every robot scene must have")
         return index
@@ -80,7 +80,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
     @property
     def num_beams(self) -> int:
         """Beams of the laser."""
-        return self._ranges.stop - self._ranges.start
+        return int(self._ranges.stop - self._ranges.start)
 
     # Commands -----------------------------------------------------------------------------------------------------
 
@@ -130,7 +130,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
             is_crash = self._is_crash
             self._crashed = any(is_crash[first][second] for first, second in self.data.ptr.contact.geom.tolist())
 
-    def render(self, height: int = 240, width: int = 320, camera_id: str = "chase") -> Picture:  # type: ignore[override]
+    def render(self, height: int = 240, width: int = 320, camera_id: str = "chase") -> Picture:
         """A picture of the scene, uint8 (height, width, 3); tasks.rendering keeps a renderer for many."""
         renderer = OffscreenRenderer(self.model.ptr, width, height)
         try:
@@ -145,7 +145,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
 
         A beam that meets nothing reads the maximum range.
         """
-        readings = self.data.ptr.sensordata[self._ranges].copy()
+        readings: FloatArray = self.data.ptr.sensordata[self._ranges].copy()
         readings[readings < 0.0] = MAX_RANGE  # MuJoCo's "no hit"
         return np.clip(readings, MIN_RANGE, MAX_RANGE, out=readings)
 

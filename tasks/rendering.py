@@ -31,7 +31,9 @@ class OffscreenRenderer:
         """
         limits = model.vis.global_
         if not (0 < width <= limits.offwidth and 0 < height <= limits.offheight):
-            raise TaskError(f"a picture must be within {limits.offwidth} x {limits.offheight} px, not {width} x {height}")
+            raise TaskError(
+                f"a picture must be within {limits.offwidth} x {limits.offheight} px, not {width} x {height}"
+            )
         self._model = model
         self._rect = mujoco.MjrRect(0, 0, width, height)
         self._context: Any = _open_context(width, height)

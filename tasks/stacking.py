@@ -26,7 +26,7 @@ class ScanStack:
     def reset(self, observation: Mapping[str, FloatArray]) -> Float32Array:
         """Begin an episode: its first scan stands for those before it."""
         scan = observation["ranges"] / MAX_RANGE - 0.5
-        self._flat[: -4].reshape(self.num_scans, self.num_beams)[:] = scan
+        self._flat[:-4].reshape(self.num_scans, self.num_beams)[:] = scan
         return self._finished(observation)
 
     def push(self, observation: Mapping[str, FloatArray]) -> Float32Array:

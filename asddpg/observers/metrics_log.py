@@ -5,7 +5,7 @@ import time
 from collections import deque
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, Protocol, TextIO
+from typing import Any, Protocol, SupportsFloat, TextIO
 
 from asddpg.types import Episode, Observation, Step
 
@@ -60,7 +60,7 @@ class MetricsLog:
         """Sums begin anew."""
         self._sums, self._updates = {}, 0
 
-    def step(self, step: Step, learned: Mapping[str, float]) -> None:
+    def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
         """Add up what was learned."""
         self._steps += 1
         if learned:

@@ -1,7 +1,7 @@
 """The progress bar."""
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, SupportsFloat
 
 from tqdm import tqdm
 
@@ -10,7 +10,7 @@ from asddpg.types import Driver, Episode, Observation, Step
 
 
 class ProgressBar:
-    """Steps a second and time left; outcomes of the last 100 episodes; controller share of the last 1000 steps or so."""
+    """Steps a second, time left, outcomes of the last 100 episodes, controller share of the last 1000 steps or so."""
 
     def __init__(self, total_steps: int) -> None:
         self._bar = tqdm(total=total_steps, unit=" steps", unit_scale=False, smoothing=0.05, mininterval=0.5)
@@ -20,7 +20,7 @@ class ProgressBar:
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
         """Nothing to show."""
 
-    def step(self, step: Step, learned: Mapping[str, float]) -> None:
+    def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
         """Move on by one."""
         self._share += 0.001 * ((step.decision.driver is Driver.CONTROLLER) - self._share)
         self._bar.update()
@@ -41,4 +41,25 @@ class ProgressBar:
 
     def close(self) -> None:
         """Leave the bar as it stands."""
+        self._bar.close()
+
+
+class EpisodeBar:
+    """Counts episodes of an evaluation."""
+
+    def __init__(self, total_episodes: int) -> None:
+        self._bar = tqdm(total=total_episodes, unit=" episodes", leave=False)
+
+    def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
+        """Nothing to show."""
+
+    def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
+        """Nothing to show."""
+
+    def end_episode(self, episode: Episode) -> None:
+        """Move on by one."""
+        self._bar.update()
+
+    def close(self) -> None:
+        """Take the bar away."""
         self._bar.close()

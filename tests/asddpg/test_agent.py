@@ -203,6 +203,6 @@ def test_replay_keeps_the_newest_and_gives_back_what_was_put_in() -> None:
     layout, rows = buffer.layout, buffer.sample(200)
     values = rows[:, 0]
     assert set(values) == {2.0, 3.0, 4.0, 5.0}
-    for part, offset in ((layout.action, 10), (layout.next_observation, 30), (layout.controller_action, 40)):
-        assert np.all(rows[:, part] == values[:, None] + offset)
+    for columns, offset in ((layout.action, 10), (layout.next_observation, 30), (layout.controller_action, 40)):
+        assert np.all(rows[:, columns] == values[:, None] + offset)
     assert np.all(rows[:, layout.reward] == values + 20)

@@ -113,15 +113,15 @@ def test_policy_gradient_equals_the_chain_rule_in_the_reference(seed: int) -> No
     rng = np.random.default_rng(seed)
     for parameter, gradient in zip(parameters, gradients, strict=True):
         values = parameter.detach().numpy()  # the reference sees the same memory
-        index = tuple(rng.integers(size) for size in values.shape)
-        kept = values[index]
-        values[index] = kept + eps
+        entry = tuple(rng.integers(size) for size in values.shape)
+        kept = values[entry]
+        values[entry] = kept + eps
         above = reference.policy(x)
-        values[index] = kept - eps
+        values[entry] = kept - eps
         below = reference.policy(x)
-        values[index] = kept
+        values[entry] = kept
         expected = -np.mean(np.sum(dq_da * (above - below) / (2 * eps), axis=1))
-        np.testing.assert_allclose(gradient.numpy()[index], expected, rtol=1e-5, atol=1e-9)
+        np.testing.assert_allclose(gradient.numpy()[entry], expected, rtol=1e-5, atol=1e-9)
 
 
 @SEEDS

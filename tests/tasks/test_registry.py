@@ -1,9 +1,13 @@
 """Ten things every registered task must do; a new task gets them for free."""
 
+import itertools
+from typing import Any
+
 import dm_env
 import gymnasium
 import numpy as np
 import pytest
+from absl.testing import absltest
 from dm_env import test_utils
 from gymnasium.utils.env_checker import check_env
 
@@ -16,7 +20,7 @@ from tasks.obstacles import Obstacles
 EVERY_TASK = pytest.mark.parametrize("name", tasks.ALL_TASKS)
 
 
-def drive(environment, steps, seed=0):  # type: ignore[no-untyped-def]
+def drive(environment: Any, steps: int, seed: int = 0) -> list[dm_env.TimeStep]:
     """Random commands; the time steps, resets included."""
     rng = np.random.default_rng(seed)
     spec = environment.action_spec()
@@ -46,7 +50,7 @@ def test_observations_stay_within_their_spec_and_share_no_memory(name: str) -> N
     environment = tasks.load(name, random=0)
     spec = environment.observation_spec()
     steps = drive(environment, 100)
-    for before, after in zip(steps[:-1], steps[1:], strict=True):
+    for before, after in itertools.pairwise(steps):
         for key, part in after.observation.items():
             spec[key].validate(part)
             assert not np.shares_memory(part, before.observation[key])
@@ -86,8 +90,9 @@ def test_drawn_goals_follow_the_rule_and_keep_off_the_held_out_ones(name: str) -
 
 @EVERY_TASK
 def test_stored_sets_have_their_sizes_and_a_path_to_every_goal(name: str) -> None:
-    for set_name, size in (("validation", 50), ("test", 200)):
-        pairs = held_out.held_out_pairs(name, set_name)  # type: ignore[arg-type]
+    sizes: dict[held_out.SetName, int] = {"validation": 50, "test": 200}
+    for set_name, size in sizes.items():
+        pairs = held_out.held_out_pairs(name, set_name)
         assert len(pairs) == size
         for pair in pairs:
             straight = np.hypot(pair.goal[0] - pair.start.x, pair.goal[1] - pair.start.y) - 0.3
@@ -104,8 +109,10 @@ def test_gymnasium_checker_has_nothing_to_say(name: str) -> None:
 @EVERY_TASK
 def test_actions_are_in_physical_units(name: str) -> None:
     environment = gymnasium.make(tasks.gymnasium_id(name))
-    np.testing.assert_allclose(environment.action_space.low, [0.0, -np.pi / 3], rtol=1e-6)  # type: ignore[attr-defined]
-    np.testing.assert_allclose(environment.action_space.high, [0.5, np.pi / 3], rtol=1e-6)  # type: ignore[attr-defined]
+    space = environment.action_space
+    assert isinstance(space, gymnasium.spaces.Box)
+    np.testing.assert_allclose(space.low, np.array([0.0, -np.pi / 3]), rtol=1e-6)
+    np.testing.assert_allclose(space.high, np.array([0.5, np.pi / 3]), rtol=1e-6)
     assert environment.observation_space.shape == (124,)
 
 
@@ -138,10 +145,6 @@ def test_a_wrong_name_lists_the_right_ones() -> None:
         tasks.load("nav_empty", reward="lush")
 
 
-class TestDmEnvConformance(test_utils.EnvironmentTestMixin):
+class TestDmEnvConformance(test_utils.EnvironmentTestMixin, absltest.TestCase):  # type: ignore[misc]
     def make_object_under_test(self) -> dm_env.Environment:
         return tasks.load("nav_complex", random=0)
-
-    @pytest.fixture(autouse=True)
-    def _set_up(self) -> None:
-        self.setUp()
