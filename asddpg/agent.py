@@ -114,11 +114,13 @@ class AsDDPG:
         decision = step.decision
         driver = decision.driver
         dense_reward = step.info.get("dense_reward", 0.0)
+        charged = assisted_reward(step.reward, dense_reward, driver, self.config.gamma_p)
         self._replay.add(
             Transition(
                 observation=step.observation,
                 action=decision.action,
-                reward=assisted_reward(step.reward, dense_reward, driver, self.config.gamma_p),
+                reward=charged if self.config.charge_critic else step.reward,
+                switch_reward=charged,
                 discount=0.0 if step.terminated else 1.0,
                 next_observation=step.next_observation,
                 by_policy=float(driver is Driver.POLICY),
@@ -134,7 +136,9 @@ class AsDDPG:
     def update(self, batch: Batch) -> Mapping[str, Tensor]:
         """One update: Critic-DQN by Eq. 4, policy by Eq. 5, then the soft targets."""
         features = self.networks.features(batch.x)
-        targets = bellman_targets(batch, self.networks, self.target, self.config.gamma, self.config.critic_follows_switch)
+        targets = bellman_targets(
+            batch, self.networks, self.target, self.config.gamma, self.config.critic_follows_switch
+        )
         loss = critic_dqn_loss(batch, features, self.networks, targets)
         self._critic_dqn.differentiate(loss.total)
         self._critic_optimizer.step()

@@ -2,7 +2,7 @@
 
 import dataclasses
 import difflib
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import TypeVar
 
 from hydra import compose, initialize_config_module
@@ -26,27 +26,37 @@ GROUPS = {
     "network": ("fc2x100", "fc3x100", "fc3x256"),
     "reward": tuple(REWARDS),
 }
+BASELINES = ("controller", "random")
 
 
 def train_config(words: Sequence[str]) -> TrainConfig:
     """The configuration of a training run; UserError where a word is wrong."""
-    return _compose(TrainConfig, "train", words, GROUPS)
+    _checked_overrides(words, TrainConfig, GROUPS)
+    _store_schemas()
+
+    def by_groups() -> DictConfig:
+        with initialize_config_module("asddpg.conf", version_base="1.3"):
+            return compose("train", overrides=list(words))
+
+    return _finished(by_groups, TrainConfig)
 
 
 def evaluate_config(words: Sequence[str]) -> EvaluateConfig:
     """The configuration of an evaluation; UserError where a word is wrong."""
-    return _compose(EvaluateConfig, "evaluate", words, {})
+    overrides = _checked_overrides(words, EvaluateConfig, {})
+
+    def without_groups() -> DictConfig:
+        config: DictConfig = OmegaConf.structured(EvaluateConfig)
+        for override in overrides:
+            OmegaConf.update(config, override.key_or_group, override.value())
+        return config
+
+    return _finished(without_groups, EvaluateConfig)
 
 
-def _compose(kind: type[Config], name: str, words: Sequence[str], groups: dict[str, tuple[str, ...]]) -> Config:
-    options = option_names(OmegaConf.structured(kind))
-    for override in _parse(words):
-        _check_name(override, options, groups)
-    _store_schemas()
+def _finished(composing: Callable[[], DictConfig], kind: type[Config]) -> Config:
     try:
-        with initialize_config_module("asddpg.conf", version_base="1.3"):
-            composed = compose(name, overrides=list(words))
-        config = OmegaConf.to_object(composed)
+        config = OmegaConf.to_object(composing())
     except (HydraException, OmegaConfBaseException) as error:
         raise UserError(_first_line(error)) from error
     assert isinstance(config, kind)
@@ -54,10 +64,19 @@ def _compose(kind: type[Config], name: str, words: Sequence[str], groups: dict[s
     return config
 
 
+def _checked_overrides(
+    words: Sequence[str], kind: type[Config], groups: dict[str, tuple[str, ...]]
+) -> Sequence[Override]:
+    options = option_names(OmegaConf.structured(kind))
+    overrides = _parse(words)
+    for override in overrides:
+        _check_name(override, options, groups)
+    return overrides
+
+
 def _store_schemas() -> None:
     store = ConfigStore.instance()
     store.store("train_schema", TrainConfig)
-    store.store("evaluate", EvaluateConfig)
     for name, reward in REWARDS.items():
         store.store(name, dataclasses.asdict(reward), group="reward")
 
@@ -77,6 +96,9 @@ def _check_name(override: Override, options: Sequence[str], groups: dict[str, tu
     if override.is_delete() or override.is_add() or override.is_sweep_override() or override.package:
         raise UserError(f"{override.input_line!r} is not an option of the form name=value, such as seed=1")
     if name in groups:
+        if name == "agent" and override.value() in BASELINES:
+            word = f"python -m asddpg.evaluate agent={override.value()} task="
+            raise UserError(f"agent={override.value()} learns nothing, so there is nothing to train; drive it: {word}")
         if override.value() not in groups[name]:
             raise UserError(f"there is no {name} {override.value()!r}; there are {', '.join(groups[name])}")
     elif name not in options:

@@ -1,5 +1,6 @@
 """Every option of a training run and of an evaluation, its default and its range."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
@@ -71,6 +72,8 @@ class LearningConfig:
     learning_starts: int = 1000
     # γ_p on the controller's positive dense rewards; 1 makes its help free.
     gamma_p: float = 0.5
+    # Whether γ_p acts in y^A too, as in Eq. 4, or in y^Q alone.
+    charge_critic: bool = False
     # Whether Q^A bootstraps from the switch's value, Q'(x', argmax Q), and not from Q^A'(x', π'(x')).
     critic_follows_switch: bool = False
     # Weight of imitating the controller where the critic prefers its action; 0 leaves the paper's Eq. 5.
@@ -227,6 +230,8 @@ def check(config: TrainConfig | EvaluateConfig) -> None:
     """
     for name, (is_right, wanted) in RULES.items():
         value = _lookup(config, name)
+        if isinstance(value, float) and not math.isfinite(value):
+            raise UserError(f"{name} must be a finite number, not {value}")
         if value is not None and not is_right(value):
             raise UserError(f"{name} must be {wanted}, not {value}")
     if isinstance(config, TrainConfig):

@@ -60,6 +60,8 @@ def make_controller(kind: str, gains: Sequence[float], low: Action, high: Action
         if not separator:
             raise ImportError
         factory = getattr(importlib.import_module(module), attribute)
+        if not callable(factory):
+            raise ImportError
     except (ImportError, AttributeError, ValueError) as error:
         raise UserError(
             f"there is no controller {kind!r}; there is {', '.join(CONTROLLERS)}, or your own as package.module:Factory"

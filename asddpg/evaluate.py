@@ -15,7 +15,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from asddpg import checkpoint
 from asddpg.build import action_bounds, check_device, controller_for, make_agent, make_environment, prepare_torch
-from asddpg.compose import evaluate_config, train_config
+from asddpg.compose import BASELINES, evaluate_config, train_config
 from asddpg.config import EvaluateConfig, TrainConfig, check
 from asddpg.drivers import FixedDriver, actor_alone, controller_alone, random_actor, with_switch
 from asddpg.errors import UserError
@@ -28,8 +28,6 @@ from asddpg.train import hash_of, versions
 from tasks import ALL_TASKS
 from tasks.fresh_pairs import fresh_pairs
 from tasks.held_out import Pair, held_out_pairs
-
-BASELINES = ("controller", "random")
 
 
 def main(words: Sequence[str]) -> None:
@@ -100,7 +98,13 @@ def _drive(
     bar.close()
     title = config.agent or config.driver
     print(f"{what}, {trained.task.name}, {pairs_name}\n{table({title: figures})}")
-    content: dict[str, Any] = {"what": what, "task": trained.task.name, "set": pairs_name, **figures.as_dict()}
+    content: dict[str, Any] = {
+        "what": what,
+        "driver": title,
+        "task": trained.task.name,
+        "set": pairs_name,
+        **figures.as_dict(),
+    }
     content |= {"controller_gains": list(config.controller.gains)} if config.agent == "controller" else {}
     write_json(path, content | versions() | {"model_hash": hash_of(environment)})
     print(f"written to {path}")

@@ -14,7 +14,8 @@ class Batch(NamedTuple):
 
     x: Tensor  # [B, O]
     a: Tensor  # [B, A]
-    r: Tensor  # [B]
+    r: Tensor  # [B], of y^A
+    r_switch: Tensor  # [B], of y^Q
     discount: Tensor  # [B]
     by_policy: Tensor  # [B], σ
     x_next: Tensor  # [B, O]
@@ -27,6 +28,7 @@ class Batch(NamedTuple):
             x=rows[:, layout.observation],
             a=rows[:, layout.action],
             r=rows[:, layout.reward],
+            r_switch=rows[:, layout.switch_reward],
             discount=rows[:, layout.discount],
             by_policy=rows[:, layout.by_policy],
             x_next=rows[:, layout.next_observation],
@@ -55,9 +57,10 @@ def bellman_targets(
     y_q = None
     if online.switch is not None and target.switch is not None:
         sigma = online.switch(online.features(batch.x_next)).argmax(dim=1, keepdim=True)
-        y_q = batch.r + gamma_next * target.switch(next_features).gather(1, sigma).squeeze(1)
+        next_value = gamma_next * target.switch(next_features).gather(1, sigma).squeeze(1)
+        y_q = batch.r_switch + next_value
         if critic_follows_switch:
-            return Targets(y_q, y_q)
+            return Targets(batch.r + next_value, y_q)
     y_a = batch.r + gamma_next * target.critic(next_features, target.policy(batch.x_next))
     return Targets(y_a, y_q)
 

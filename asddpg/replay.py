@@ -15,7 +15,8 @@ class Transition(NamedTuple):
 
     observation: Observation
     action: Action
-    reward: float
+    reward: float  # r of y^A
+    switch_reward: float  # r of y^Q, which may charge for the controller's help
     discount: float  # 0 after the end of an episode, 1 otherwise, a time limit included
     next_observation: Observation
     by_policy: float  # σ: 1 where the policy drove, 0 where the controller did
@@ -48,6 +49,7 @@ class ReplayBuffer:
         row[layout.observation] = transition.observation
         row[layout.action] = transition.action
         row[layout.reward] = transition.reward
+        row[layout.switch_reward] = transition.switch_reward
         row[layout.discount] = transition.discount
         row[layout.by_policy] = transition.by_policy
         row[layout.next_observation] = transition.next_observation
@@ -61,14 +63,15 @@ class ReplayBuffer:
 
 
 class Layout:
-    """Columns of a packed transition: x, a, r, discount, σ, x', controller's action."""
+    """Columns of a packed transition: x, a, r twice, discount, σ, x', controller's action."""
 
     def __init__(self, observation_size: int, action_size: int) -> None:
         self.observation = slice(0, observation_size)
         self.action = slice(observation_size, observation_size + action_size)
         self.reward = self.action.stop
-        self.discount = self.reward + 1
-        self.by_policy = self.reward + 2
-        self.next_observation = slice(self.reward + 3, self.reward + 3 + observation_size)
+        self.switch_reward = self.reward + 1
+        self.discount = self.reward + 2
+        self.by_policy = self.reward + 3
+        self.next_observation = slice(self.reward + 4, self.reward + 4 + observation_size)
         self.controller_action = slice(self.next_observation.stop, self.next_observation.stop + action_size)
         self.width = self.controller_action.stop

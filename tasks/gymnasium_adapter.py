@@ -105,12 +105,16 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         return self._stack.reset(time_step.observation), self._info()
 
     def _take_options(self, options: dict[str, Any]) -> None:
-        unknown = set(options) - {"start", "goal"}
-        if unknown or "goal" not in options:
-            raise TaskError(f"reset options are goal (x, y) and with it start (x, y, yaw), not {sorted(options)}")
-        start = Pose(*(float(value) for value in options.get("start", (0.0, 0.0, 0.0))))
-        x, y = (float(value) for value in options["goal"])
-        self._task.set_next_pair(start, (x, y))
+        try:
+            rest = dict(options)
+            goal_x, goal_y = (float(value) for value in rest.pop("goal"))
+            x, y, yaw = (float(value) for value in rest.pop("start", (0.0, 0.0, 0.0)))
+            if rest or not np.all(np.isfinite([goal_x, goal_y, x, y, yaw])):
+                raise ValueError
+        except (KeyError, TypeError, ValueError) as error:
+            wanted = "goal (x, y) and, if not at the origin, start (x, y, yaw), all finite"
+            raise TaskError(f"reset options are {wanted}, not {options}") from error
+        self._task.set_next_pair(Pose(x, y, yaw), (goal_x, goal_y))
 
     def step(self, action: FloatArray) -> tuple[Float32Array, float, bool, bool, dict[str, Any]]:
         """Drive for one control step; `action` (2,) in [−1, 1]."""

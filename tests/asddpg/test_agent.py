@@ -140,7 +140,7 @@ def stored(agent: AsDDPG, **changes: Any) -> Mapping[str, float]:
     agent.learn(Step(observation, decision, next_observation=observation, **values))
     layout = agent._replay.layout
     row = agent._replay._rows[len(agent._replay) - 1]
-    return {"discount": row[layout.discount], "reward": row[layout.reward], "by_policy": row[layout.by_policy]}
+    return {name: row[getattr(layout, name)] for name in ("discount", "reward", "switch_reward", "by_policy")}
 
 
 def test_only_an_end_stops_the_bootstrap() -> None:
@@ -150,12 +150,15 @@ def test_only_an_end_stops_the_bootstrap() -> None:
     assert stored(agent)["discount"] == 1.0
 
 
-def test_help_is_charged_to_the_controller_alone() -> None:
-    agent = make_agent(Useless(), gamma_p=0.25)
+@pytest.mark.parametrize("charge_critic", [True, False])
+def test_help_is_charged_to_the_controller_alone(charge_critic: bool) -> None:
+    agent = make_agent(Useless(), gamma_p=0.25, charge_critic=charge_critic)
     info = {"dense_reward": 0.4}
-    assert stored(agent, driver=Driver.POLICY, info=info)["reward"] == 1.0
+    free = stored(agent, driver=Driver.POLICY, info=info)
+    assert (free["reward"], free["switch_reward"], free["by_policy"]) == (1.0, 1.0, 1.0)
     charged = stored(agent, driver=Driver.CONTROLLER, info=info)
-    assert charged["reward"] == pytest.approx(0.7)
+    assert charged["switch_reward"] == pytest.approx(0.7)
+    assert charged["reward"] == pytest.approx(0.7 if charge_critic else 1.0)
     assert charged["by_policy"] == 0.0
 
 
@@ -199,10 +202,11 @@ def test_replay_keeps_the_newest_and_gives_back_what_was_put_in() -> None:
     buffer = ReplayBuffer(4, 3, 2, np.random.default_rng(0))
     for value in range(6):
         part = np.full(3, value, dtype=np.float32)
-        buffer.add(Transition(part, part[:2] + 10, value + 20, 1.0, part + 30, 0.0, part[:2] + 40))
+        buffer.add(Transition(part, part[:2] + 10, value + 20, value + 50, 1.0, part + 30, 0.0, part[:2] + 40))
     layout, rows = buffer.layout, buffer.sample(200)
     values = rows[:, 0]
     assert set(values) == {2.0, 3.0, 4.0, 5.0}
     for columns, offset in ((layout.action, 10), (layout.next_observation, 30), (layout.controller_action, 40)):
         assert np.all(rows[:, columns] == values[:, None] + offset)
     assert np.all(rows[:, layout.reward] == values + 20)
+    assert np.all(rows[:, layout.switch_reward] == values + 50)

@@ -36,6 +36,7 @@ def make_batch(seed: int, size: int = 32) -> Batch:
         rng.uniform(-0.5, 0.5, (size, SIZE)),
         rng.uniform(LOW, HIGH, (size, 2)),
         rng.normal(size=size),
+        rng.normal(size=size),
         discount,
         rng.integers(0, 2, size).astype(float),
         rng.uniform(-0.5, 0.5, (size, SIZE)),
@@ -54,10 +55,10 @@ def arrays(batch: Batch) -> tuple[F64, ...]:
 
 
 def reference_targets(batch: Batch, online: Reference, target: Reference) -> tuple[F64, F64]:
-    _, _, r, discount, _, x_next, _ = arrays(batch)
+    _, _, r, r_switch, discount, _, x_next, _ = arrays(batch)
     y_a = r + GAMMA * discount * target.q_a(x_next, target.policy(x_next))
     chosen = online.v_and_q(x_next)[1].argmax(axis=1)
-    y_q = r + GAMMA * discount * target.v_and_q(x_next)[1][np.arange(len(r)), chosen]
+    y_q = r_switch + GAMMA * discount * target.v_and_q(x_next)[1][np.arange(len(r)), chosen]
     return y_a, y_q
 
 
@@ -69,6 +70,15 @@ def test_targets_equal_the_reference(seed: int) -> None:
     np.testing.assert_allclose(targets.y_a.numpy(), y_a, rtol=1e-5)
     assert targets.y_q is not None
     np.testing.assert_allclose(targets.y_q.numpy(), y_q, rtol=1e-5)
+
+
+@SEEDS
+def test_the_critic_may_follow_the_switch(seed: int) -> None:
+    online, target, batch = make_networks(seed), make_networks(seed + 100), make_batch(seed)
+    targets = bellman_targets(batch, online, target, GAMMA, critic_follows_switch=True)
+    _, y_q = reference_targets(batch, reference_of(online), reference_of(target))
+    _, _, r, r_switch, *_ = arrays(batch)
+    np.testing.assert_allclose(targets.y_a.numpy(), y_q - r_switch + r, rtol=1e-5)
 
 
 def test_nothing_follows_an_end_and_everything_a_time_limit() -> None:
@@ -86,7 +96,7 @@ def test_loss_equals_the_reference(seed: int) -> None:
     loss = critic_dqn_loss(batch, online.features(batch.x), online, targets)
     reference = reference_of(online)
     y_a, y_q = reference_targets(batch, reference, reference_of(target))
-    x, a, _, _, sigma, *_ = arrays(batch)
+    x, a, _, _, _, sigma, *_ = arrays(batch)
     q = reference.v_and_q(x)[1]
     q_taken = np.where(sigma == 1.0, q[:, POLICY], q[:, CONTROLLER])
     expected_critic = np.mean((y_a - reference.q_a(x, a)) ** 2)

@@ -1,0 +1,254 @@
+"""The commands as a user types them: right words, wrong words."""
+
+import csv
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+import torch
+import yaml
+
+from asddpg import evaluate, train
+from asddpg.errors import UserError
+from tasks.errors import TaskError
+
+SMALL = ["task=nav_empty", "total_steps=400", "agent.learning_starts=100", "network=fc2x100", "test_episodes=2"]
+SMALL += ["validation.every=200", "validation.episodes=1", "task.time_limit_steps=40"]
+
+
+def read_rows(path: Path) -> list[dict[str, str]]:
+    with path.open() as file:
+        return list(csv.DictReader(file))
+
+
+@pytest.fixture(scope="module")
+def finished_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("runs") / "run"
+    train.main([*SMALL, f"run_dir={folder}"])
+    return folder
+
+
+def test_a_run_folder_explains_itself(finished_run: Path) -> None:
+    config = yaml.safe_load((finished_run / "config.yaml").read_text())
+    assert config["task"]["name"] == "nav_empty"
+    assert config["agent"]["learning_starts"] == 100
+    assert len(config["made_with"]["model_hash"]) == 16
+    assert config["made_with"]["mujoco"].startswith("3.")
+    rows = read_rows(finished_run / "metrics.csv")
+    assert int(rows[-1]["step"]) == 400
+    assert {row["outcome"] for row in rows} <= {"reached", "crashed", "timeout", "cut"}
+    assert sum(int(row["steps"]) for row in rows) == 400
+    assert float(rows[-1]["critic_loss"]) > 0
+    assert len(read_rows(finished_run / "validation.csv")) == 2
+    assert list((finished_run / "tensorboard").iterdir())
+    tested = json.loads((finished_run / "evaluation.json").read_text())
+    assert set(tested) >= {"last", "best", "model_hash", "driver"}
+    for figure in ("reach_rate", "crash_rate", "timeout_rate", "metric", "mean_time", "spl"):
+        assert len(tested["last"][figure]["ci95"]) == 2
+
+
+@pytest.mark.parametrize("driver", ["actor", "switch"])
+def test_evaluating_a_run(finished_run: Path, driver: str, capsys: pytest.CaptureFixture[str]) -> None:
+    evaluate.main([f"run={finished_run}", "episodes=2", f"driver={driver}", "checkpoint=best"])
+    assert "reach rate" in capsys.readouterr().out
+    found = json.loads((finished_run / "evaluation.json").read_text())
+    rates = [found[f"{name}_rate"]["value"] for name in ("reach", "crash", "timeout")]
+    assert sum(rates) == pytest.approx(1.0)
+    assert found["driver"] == driver
+
+
+def test_fresh_pairs_are_drawn_by_seed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    results = []
+    for seed in (1, 1, 2):
+        evaluate.main(["agent=controller", "task=nav_empty", "episodes=3", f"seed={seed}"])
+        results.append(json.loads(Path("evaluation.json").read_text()))
+    assert results[0] == results[1]
+    assert results[0]["metric"] != results[2]["metric"]
+
+
+def test_baselines_need_no_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    evaluate.main(["agent=controller", "task=nav_empty", "episodes=5"])
+    assert json.loads(Path("evaluation.json").read_text())["reach_rate"]["value"] == 1.0
+    evaluate.main(["agent=random", "task=nav_empty", "episodes=2"])
+
+
+def test_same_seed_twice_is_equal_to_the_last_bit(tmp_path: Path) -> None:
+    """In processes of their own, one beside the other's leftovers of nothing."""
+    for name in ("one", "two"):
+        words = [sys.executable, "-m", "asddpg.train", *SMALL, "seed=3", f"run_dir={tmp_path / name}"]
+        subprocess.run(words, check=True, capture_output=True)
+    one, two = tmp_path / "one", tmp_path / "two"
+    assert (one / "metrics.csv").read_bytes() == (two / "metrics.csv").read_bytes()
+    assert (one / "validation.csv").read_bytes() == (two / "validation.csv").read_bytes()
+    weights = [
+        torch.load(run / "checkpoints/last/agent.pt", weights_only=True)["agent"]["networks"] for run in (one, two)
+    ]
+    for name, value in weights[0].items():
+        assert torch.equal(value, weights[1][name]), name
+
+
+def test_other_seeds_differ(finished_run: Path, tmp_path: Path) -> None:
+    train.main([*SMALL, "seed=5", f"run_dir={tmp_path / 'run'}"])
+    assert (tmp_path / "run/metrics.csv").read_bytes() != (finished_run / "metrics.csv").read_bytes()
+
+
+def test_ddpg_never_uses_the_controller(tmp_path: Path) -> None:
+    train.main([*SMALL, "agent=ddpg", f"run_dir={tmp_path / 'run'}"])
+    rows = read_rows(tmp_path / "run/metrics.csv")
+    assert {float(row["controller_share"]) for row in rows} == {0.0}
+    assert rows[-1]["switch_loss"] == ""
+    with pytest.raises(UserError, match="driver=actor"):
+        evaluate.main([f"run={tmp_path / 'run'}", "driver=switch"])
+
+
+def test_a_controller_of_ones_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "my_robot.py").write_text(
+        "import numpy as np\n"
+        "class Spin:\n"
+        "    def __init__(self, gains, low, high):\n"
+        "        self.action = np.array([low[0], high[1]], dtype=np.float32)\n"
+        "    def act(self, observation):\n"
+        "        return self.action\n"
+    )
+    monkeypatch.syspath_prepend(tmp_path)
+    monkeypatch.chdir(tmp_path)
+    evaluate.main(["agent=controller", "controller.type=my_robot:Spin", "task=nav_empty", "episodes=1"])
+    assert json.loads(Path("evaluation.json").read_text())["timeout_rate"]["value"] == 1.0
+
+
+WRONG_TRAINING = [
+    ("task=nav_foo", "nav_empty, nav_simple, nav_complex"),
+    ("agent=sac", "asddpg, ddpg"),
+    ("agent=controller", "asddpg.evaluate agent=controller"),
+    ("network=fc9x9", "fc2x100, fc3x100, fc3x256"),
+    ("reward=lush", "dense, sparse"),
+    ("device=tpu", "cpu, cuda"),
+    ("device=cuda:x", "cpu, cuda"),
+    ("totl_steps=5", "did you mean total_steps"),
+    ("batch_size=5", "agent.batch_size"),
+    ("agent.bach_size=5", "agent.batch_size"),
+    ("total_steps=abc", "total_steps.*'abc'"),
+    ("total_steps=1.5", "total_steps.*'1.5'"),
+    ("total_steps=-1", "greater than 0, not -1"),
+    ("total_steps=0", "greater than 0, not 0"),
+    ("seed=-5", "from 0 to"),
+    ("agent.batch_size=100001", "agent.buffer_size, 100000"),
+    ("agent.buffer_size=500", "agent.buffer_size, 500"),
+    ("agent.gamma=1.5", "below 1"),
+    ("agent.gamma=nan", "finite"),
+    ("reward.reach=inf", "finite"),
+    ("controller.gains=[1]", "two finite numbers"),
+    ("controller.gains=[1,2,3]", "two finite numbers"),
+    ("controller.gains=3", "controller.gains"),
+    ("controller.type=nowhere:Nothing", "package.module:Factory"),
+    ("controller.type=os:path", "package.module:Factory"),
+    ("network.widths=[]", "two or more layers"),
+    ("seed", "name=value"),
+    ("+seed=1", "name=value"),
+    ("seed=1,2", "name=value"),
+    ("test_episodes=500", "200"),
+]
+
+
+@pytest.mark.parametrize(("word", "sentence"), WRONG_TRAINING)
+def test_wrong_words_are_one_sentence_and_create_nothing(
+    word: str, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises((UserError, TaskError), match=sentence) as caught:
+        train.main([word])
+    assert "\n" not in str(caught.value)
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_user_sees_a_sentence_and_status_2(tmp_path: Path) -> None:
+    done = subprocess.run(
+        [sys.executable, "-m", "asddpg.train", "task=nav_foo"],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 2
+    assert done.stderr == "error: there is no task 'nav_foo'; there are nav_empty, nav_simple, nav_complex\n"
+    assert not list(tmp_path.iterdir())
+
+
+def test_help_names_every_option() -> None:
+    done = subprocess.run([sys.executable, "-m", "asddpg.train", "--help"], capture_output=True, text=True, check=True)
+    for name in ("task=nav_empty|nav_simple|nav_complex", "agent.batch_size=32", "controller.gains", "run_dir"):
+        assert name in done.stdout
+
+
+def test_a_folder_that_is_not_empty_is_left_alone(tmp_path: Path) -> None:
+    (tmp_path / "precious.txt").write_text("mine")
+    with pytest.raises(UserError, match="not empty"):
+        train.main([*SMALL, f"run_dir={tmp_path}"])
+    assert [path.name for path in tmp_path.iterdir()] == ["precious.txt"]
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ([], "run=<run_dir>"),
+        (["run=nowhere"], "not the folder of a run"),
+        (["agent=pilot"], "controller, random"),
+        (["agent=controller"], "task="),
+        (["agent=controller", "task=nav_foo"], "nav_empty"),
+        (["agent=controller", "task=nav_empty", "episodes=201"], "200 pairs"),
+        (["agent=controller", "task=nav_empty", "episodes=0"], "greater than 0"),
+        (["run=x", "driver=ghost"], "actor or switch"),
+        (["run=x", "checkpoint=first"], "last or best"),
+        (["rnu=x"], "did you mean run"),
+    ],
+)
+def test_wrong_evaluations(words: list[str], sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UserError, match=sentence):
+        evaluate.main(words)
+    assert not list(tmp_path.iterdir())
+
+
+class Evil:
+    def __reduce__(self) -> tuple[object, tuple[str]]:
+        return (exec, ("open('ran', 'w').close()",))
+
+
+@pytest.mark.parametrize(
+    ("content", "sentence"),
+    [
+        (None, "no checkpoint"),
+        (b"", "damaged or not a checkpoint"),
+        (b"half a checkpoint", "damaged or not a checkpoint"),
+        ({"weights": torch.zeros(3)}, "not a checkpoint written by"),
+        ({"format": "asddpg-checkpoint-1", "step": 1, "agent": {"networks": {}}}, "does not fit"),
+        (Evil(), "damaged or not a checkpoint"),
+    ],
+)
+def test_checkpoints_that_are_missing_or_not_ours(
+    content: object, sentence: str, finished_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    run = tmp_path / "run"
+    checkpoint = run / "checkpoints/last/agent.pt"
+    checkpoint.parent.mkdir(parents=True)
+    (run / "config.yaml").write_bytes((finished_run / "config.yaml").read_bytes())
+    if isinstance(content, bytes):
+        checkpoint.write_bytes(content)
+    elif content is not None:
+        torch.save(content, checkpoint)
+    with pytest.raises(UserError, match=sentence):
+        evaluate.main([f"run={run}", "episodes=1"])
+    assert not (tmp_path / "ran").exists()
+    assert not (run / "evaluation.json").exists()
+
+
+@pytest.mark.parametrize("text", ["", "- 1", "made_with: {}\ntask: {nmae: x}", "{", "task: {name: nav_empty}"])
+def test_a_damaged_configuration(text: str, tmp_path: Path) -> None:
+    (tmp_path / "config.yaml").write_text(text)
+    with pytest.raises(UserError, match="config.yaml"):
+        evaluate.main([f"run={tmp_path}", "episodes=1"])

@@ -1,0 +1,138 @@
+"""Rewards, ends and options of the task, through Gymnasium."""
+
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+
+import tasks
+from tasks import NavigationConfig, Reward
+from tasks.errors import TaskError
+from tasks.outcomes import Outcome
+from tasks.rewards import REWARDS
+
+
+def make(name: str = "nav_empty", **options: Any) -> Any:
+    return gymnasium.make(tasks.gymnasium_id(name), **options)
+
+
+def drive(environment: Any, action: tuple[float, float], goal: tuple[float, float], steps: int = 300) -> list[Any]:
+    environment.reset(options={"goal": goal})
+    results = []
+    for _ in range(steps):
+        results.append(environment.step(np.array(action)))
+        if results[-1][2] or results[-1][3]:
+            break
+    return results
+
+
+def test_reaching_ends_the_episode_with_the_reward() -> None:
+    results = drive(make(), (0.5, 0.0), (2.5, 0.0))
+    _, reward, terminated, truncated, info = results[-1]
+    assert (terminated, truncated, info["outcome"], reward) == (True, False, "reached", 5.0)
+    assert info["distance"] <= 0.3
+    # 2.2 m at 0.5 m/s are 22 steps of 0.2 s, one or two more for getting going.
+    assert 22 <= len(results) <= 24
+
+
+def test_crashing_ends_the_episode_with_the_penalty() -> None:
+    _, reward, terminated, truncated, info = drive(make(), (0.5, 0.0), (-3.0, -3.0))[-1]
+    assert (terminated, truncated, info["outcome"], reward) == (True, False, "crashed", -5.0)
+
+
+def test_two_hundred_steps_are_a_time_limit_and_no_end() -> None:
+    results = drive(make(), (0.0, 0.0), (3.0, 0.0))
+    assert len(results) == 200
+    assert (results[-1][2], results[-1][3], results[-1][4]["outcome"]) == (False, True, "timeout")
+    environment = tasks.load("nav_empty", random=0, config=NavigationConfig(time_limit_steps=5))
+    steps = [environment.step([0.0, 0.0]) for _ in range(6)]
+    assert (steps[-1].last(), steps[-1].discount) == (True, 1.0)
+    assert [step.discount for step in steps[1:-1]] == [1.0] * 4
+
+
+def test_an_end_in_the_very_last_step_is_an_end() -> None:
+    steps = len(drive(make(), (0.5, 0.0), (2.5, 0.0)))
+    results = drive(make(config=NavigationConfig(time_limit_steps=steps)), (0.5, 0.0), (2.5, 0.0))
+    assert (results[-1][2], results[-1][3], results[-1][4]["outcome"]) == (True, False, "reached")
+
+
+def test_dense_reward_adds_up_to_the_progress() -> None:
+    results = drive(make(), (0.5, 0.0), (2.5, 0.0))
+    running = results[:-1]
+    progress = sum(result[4]["reward_terms"]["progress"] for result in running)
+    assert progress == pytest.approx(2.5 - running[-1][4]["distance"], abs=1e-6)
+    for _, reward, _, _, info in results:
+        assert reward == pytest.approx(sum(info["reward_terms"].values()))
+        assert set(info["reward_terms"]) == {"progress", "time", "reach", "crash"}
+        assert len(info["pose"]) == 3
+
+
+def test_complex_is_sparse_and_the_others_dense_by_default() -> None:
+    for name, reward in (("nav_empty", -0.01), ("nav_simple", -0.01), ("nav_complex", -REWARDS["sparse"].time_penalty)):
+        (result,) = drive(make(name), (0.0, 0.0), (3.0, 0.0), steps=1)
+        assert result[1] == pytest.approx(reward, abs=1e-4)
+
+
+def test_the_factor_of_the_paper_scales_progress() -> None:
+    terms = Reward(progress=0.2, time_penalty=0.01).terms(Outcome.RUNNING, 1.0, 0.9)
+    assert sum(terms.values()) == pytest.approx(0.1 * 0.2 - 0.01)
+
+
+def test_a_start_may_be_given() -> None:
+    environment = make()
+    _, info = environment.reset(options={"start": (1.0, -1.0, 0.5), "goal": (3.0, 0.0)})
+    np.testing.assert_allclose(info["pose"], (1.0, -1.0, 0.5), atol=1e-9)
+    _, info = environment.reset()
+    np.testing.assert_allclose(info["pose"], (0.0, 0.0, 0.0), atol=1e-9)
+
+
+def test_scans_are_stacked_newest_first() -> None:
+    environment = make("nav_complex")
+    first, _ = environment.reset(seed=0)
+    np.testing.assert_array_equal(first[:40], first[40:80])
+    np.testing.assert_array_equal(first[:40], first[80:120])
+    second = environment.step(np.array([0.5, 0.5]))[0]
+    third = environment.step(np.array([0.5, 0.5]))[0]
+    np.testing.assert_array_equal(second[40:80], first[:40])
+    np.testing.assert_array_equal(third[40:80], second[:40])
+    np.testing.assert_array_equal(third[80:120], first[:40])
+    assert not np.array_equal(third[:40], second[:40])
+
+
+def test_commands_beyond_the_bounds_are_clipped() -> None:
+    fast, bound = (drive(make(), (speed, 0.0), (2.5, 0.0))[-1][4]["pose"] for speed in (3.0, 0.5))
+    np.testing.assert_array_equal(fast, bound)
+
+
+@pytest.mark.parametrize("options", [{"gaol": (1.0, 1.0)}, {"start": (0.0, 0.0, 0.0)}, {"goal": (1.0,)}])
+def test_wrong_reset_options_are_refused(options: dict[str, Any]) -> None:
+    with pytest.raises((TaskError, gymnasium.error.Error), match="goal"):
+        make().reset(options=options)
+
+
+def test_a_step_after_the_end_is_refused() -> None:
+    environment = make()
+    drive(environment, (0.5, 0.0), (2.5, 0.0))
+    with pytest.raises(gymnasium.error.ResetNeeded):
+        environment.step(np.zeros(2))
+
+
+@pytest.mark.parametrize("camera", ["chase", "top", "onboard"])
+def test_pictures_show_the_room(camera: str) -> None:
+    environment = make("nav_complex", render_mode="rgb_array", camera=camera, width=160, height=120)
+    environment.reset(seed=0)
+    picture = environment.render()
+    assert picture.shape == (120, 160, 3)
+    assert picture.dtype == np.uint8
+    assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 50
+    environment.close()
+    environment.close()
+
+
+def test_a_wrong_camera_lists_the_right_ones() -> None:
+    environment = make(render_mode="rgb_array", camera="sideways")
+    environment.reset(seed=0)
+    with pytest.raises(TaskError, match="sideways.*chase"):
+        environment.render()
+    environment.close()

@@ -1,0 +1,216 @@
+"""The physics against analysis."""
+
+import math
+from typing import Any
+
+import mujoco
+import numpy as np
+import pytest
+
+import tasks
+from tasks import constants
+from tasks.obstacles import Obstacles
+from tasks.paths import ShortestPaths
+from tasks.physics import Physics, Pose
+from tasks.scenes import model_hash, scene_path
+
+
+def scene(name: str = "nav_empty") -> Any:
+    return Physics.from_xml_path(str(scene_path(name)))
+
+
+def place(physics: Any, pose: Pose) -> None:
+    with physics.reset_context():
+        physics.set_pose(pose)
+
+
+def drive(physics: Any, linear: float, angular: float, seconds: float) -> None:
+    physics.set_velocity_command(linear, angular)
+    for _ in range(round(seconds / constants.CONTROL_TIMESTEP)):
+        physics.step(round(constants.CONTROL_TIMESTEP / physics.timestep()))
+
+
+def test_constants_are_those_of_the_compiled_robot() -> None:
+    model = scene().model.ptr
+    assert model.geom("left_wheel").size[0] == constants.WHEEL_RADIUS
+    assert model.body("left_wheel").pos[1] - model.body("right_wheel").pos[1] == constants.TRACK
+    assert model.actuator("left_wheel").ctrlrange[1] == constants.WHEEL_SPEED_LIMIT
+    ranges = [model.sensor(index).name for index in range(model.nsensor)]
+    assert ranges == [f"range_{index:02d}" for index in range(constants.NUM_BEAMS)]
+    assert set(model.sensor_cutoff) == {constants.MAX_RANGE}
+
+
+def test_straight_drive_covers_its_distance() -> None:
+    physics = scene()
+    place(physics, Pose(-3.0, 0.0, 0.0))
+    drive(physics, 0.5, 0.0, 1.0)
+    begin = physics.pose()
+    drive(physics, 0.5, 0.0, 4.0)
+    end = physics.pose()
+    assert end.x - begin.x == pytest.approx(2.0, rel=0.01)
+    assert abs(end.y - begin.y) < 0.01
+
+
+def test_turn_on_the_spot_is_met_within_two_percent() -> None:
+    physics = scene()
+    place(physics, Pose(0.0, 0.0, 0.0))
+    drive(physics, 0.0, math.pi / 3, 1.0)
+    begin, turned, yaw = physics.pose(), 0.0, physics.pose().yaw
+    for _ in range(30):
+        drive(physics, 0.0, math.pi / 3, 0.2)
+        turned += math.remainder(physics.pose().yaw - yaw, 2 * math.pi)
+        yaw = physics.pose().yaw
+    assert turned == pytest.approx(2 * math.pi, rel=0.02)
+    assert math.dist(begin[:2], physics.pose()[:2]) < 0.02
+
+
+def test_the_floor_moves_the_robot_and_the_wheels_alone_do_not() -> None:
+    physics = scene()
+    physics.model.ptr.geom_friction[:, 0] = 1e-6
+    physics.model.ptr.geom_condim[:] = 1
+    place(physics, Pose(0.0, 0.0, 0.0))
+    drive(physics, 0.5, 0.0, 2.0)
+    assert abs(physics.pose().x) < 0.05
+
+
+def test_torque_limit_bounds_the_acceleration() -> None:
+    physics = scene()
+    place(physics, Pose(-3.0, 0.0, 0.0))
+    physics.set_velocity_command(1.0, 0.0)
+    physics.step(10)  # 0.05 s
+    assert 0.0 < physics.velocity().linear < 0.3
+
+
+@pytest.mark.parametrize("yaw", [0.0, 0.7, math.pi / 2, -2.5])
+def test_beams_measure_the_walls(yaw: float) -> None:
+    """In the empty room every beam has an analytic length: to the nearest of four walls."""
+    physics = scene()
+    pose = Pose(1.0, -0.5, yaw)
+    place(physics, pose)
+    laser = np.array([pose.x + 0.1 * math.cos(yaw), pose.y + 0.1 * math.sin(yaw)])
+    half_view = constants.FIELD_OF_VIEW / 2
+    for angle, measured in zip(np.linspace(-half_view, half_view, 40), physics.ranges(), strict=True):
+        heading = np.array([math.cos(yaw + angle), math.sin(yaw + angle)])
+        lengths = [(side * 4.0 - laser[axis]) / heading[axis] for axis in (0, 1) for side in (-1, 1)]
+        expected = min(length for length in lengths if length > 0)
+        assert measured == pytest.approx(min(expected, constants.MAX_RANGE), abs=1e-3)
+
+
+def test_scan_and_pose_belong_to_the_same_instant_on_a_spinning_robot() -> None:
+    physics = scene("nav_complex")
+    place(physics, Pose(0.0, 0.0, 0.0))
+    drive(physics, 0.0, math.pi / 3, 1.2)
+    scan = physics.ranges()
+    mujoco.mj_forward(physics.model.ptr, physics.data.ptr)
+    np.testing.assert_allclose(scan, physics.ranges(), atol=1e-9)
+
+
+def test_a_beam_that_meets_nothing_reads_the_maximum() -> None:
+    physics = scene()
+    physics.model.ptr.geom_group[:] = 0
+    place(physics, Pose(100.0, 0.0, 0.0))  # outside the room
+    assert physics.ranges().max() == constants.MAX_RANGE
+
+
+def test_goal_in_robot_frame() -> None:
+    physics = scene()
+    place(physics, Pose(1.0, 2.0, math.pi / 2))
+    physics.set_goal(0.0, 3.0)
+    np.testing.assert_allclose(physics.goal_in_robot_frame(), [1.0, 1.0], atol=1e-12)
+    assert physics.goal_distance() == pytest.approx(math.sqrt(2))
+
+
+def test_readings_are_copies() -> None:
+    physics = scene()
+    place(physics, Pose(0.0, 0.0, 0.0))
+    before = physics.ranges()
+    kept = before.copy()
+    drive(physics, 0.5, 0.0, 2.0)
+    np.testing.assert_array_equal(before, kept)
+
+
+def test_resting_and_driving_freely_is_no_crash_and_a_wall_is_one() -> None:
+    physics = scene()
+    place(physics, Pose(2.5, 0.0, 0.0))
+    drive(physics, 0.0, 0.0, 1.0)
+    assert not physics.crashed()
+    drive(physics, 0.5, 0.0, 1.0)
+    assert not physics.crashed()
+    drive(physics, 0.5, 0.0, 3.0)
+    assert physics.crashed()
+
+
+@pytest.mark.parametrize(("group", "crashes"), [(0, True), (1, False)])
+def test_pushing_a_movable_thing_is_no_crash(group: int, crashes: bool) -> None:
+    spec = mujoco.MjSpec.from_file(str(scene_path("nav_empty")))
+    body = spec.worldbody.add_body(name="box", pos=[0.6, 0, 0.1])
+    body.add_freejoint(name="box")
+    body.add_geom(name="box", type=mujoco.mjtGeom.mjGEOM_BOX, size=[0.1, 0.1, 0.1], mass=0.5, group=group)
+    from dm_control.mujoco import wrapper
+
+    physics = Physics.from_model(wrapper.MjModel(spec.compile()))
+    place(physics, Pose(0.0, 0.0, 0.0))
+    crashed = False
+    for _ in range(10):
+        drive(physics, 0.5, 0.0, 0.2)
+        crashed |= physics.crashed()
+    assert physics.data.ptr.body("box").xpos[0] > 0.65
+    assert crashed is crashes
+
+
+def test_a_graze_within_a_control_step_is_seen() -> None:
+    """A wall that stands there for 50 ms in the middle of a control step only."""
+    physics = scene()
+    place(physics, Pose(3.0, 0.0, 0.0))
+    drive(physics, 0.5, 0.0, 1.0)
+    moved = physics.model.ptr.geom("wall_east")
+    physics.set_velocity_command(0.5, 0.0)
+    physics.step(15)
+    free = physics.crashed()
+    moved.pos[0] = 3.6
+    physics.step(10)
+    touched = physics.crashed()
+    moved.pos[0] = 4.05
+    physics.step(15)
+    assert (free, touched) == (False, True)
+
+
+def test_a_scene_without_its_elements_says_which_is_missing() -> None:
+    xml = "<mujoco><worldbody><geom name='floor' type='plane' size='1 1 .1'/></worldbody></mujoco>"
+    with pytest.raises(ValueError, match="lacks the body 'base'"):
+        Physics.from_xml_string(xml)
+
+
+def test_the_hash_names_the_model() -> None:
+    assert model_hash(scene().model.ptr) == model_hash(scene().model.ptr)
+    assert model_hash(scene().model.ptr) != model_hash(scene("nav_simple").model.ptr)
+
+
+def test_clearance_is_the_distance_to_the_nearest_box() -> None:
+    obstacles = Obstacles.from_model(scene("nav_simple").model.ptr)
+    points = np.array([[0.0, 0.0], [0.0, 1.25], [3.0, 3.0], [1.0, 1.8]])
+    # The bars end at y = ±1 and x = ±0.5, the walls stand at ±4; the last point looks at a corner.
+    np.testing.assert_allclose(obstacles.clearance(points), [1.0, 0.0, 1.0, math.hypot(0.5, 0.3)], atol=1e-12)
+
+
+def test_shortest_path_goes_straight_where_it_can_and_round_where_it_must() -> None:
+    empty = ShortestPaths(Obstacles.from_model(scene().model.ptr), 4.0)
+    (length,) = empty.lengths((0.0, 0.0), np.array([[3.0, 1.1]]), 0.3)
+    assert length == pytest.approx(math.hypot(3.0, 1.1) - 0.3, rel=0.02)
+    simple = ShortestPaths(Obstacles.from_model(scene("nav_simple").model.ptr), 4.0)
+    (length,) = simple.lengths((0.0, 0.0), np.array([[3.0, 0.0]]), 0.3)
+    # Round a corner of the east bar, 0.5 wide to x = 1.5…2.0, |y| ≤ 1, at the robot's 0.19 m.
+    over_the_corner = math.hypot(1.5, 1.0) + 0.5 + math.hypot(1.0, 1.0) - 0.3
+    assert over_the_corner < length < over_the_corner + 0.5
+
+
+@pytest.mark.parametrize("name", tasks.ALL_TASKS)
+@pytest.mark.slow
+def test_ten_seconds_of_random_driving_raise_no_warning(name: str) -> None:
+    for seed in range(5):
+        environment = tasks.load(name, random=seed)
+        rng, spec = np.random.default_rng(seed), environment.action_spec()
+        for _ in range(50):
+            environment.step(rng.uniform(spec.minimum, spec.maximum))
+        assert not any(warning.number for warning in environment.physics.data.ptr.warning)
+        assert environment.physics.data.ptr.body("base").xmat[8] > 0.99

@@ -1,0 +1,177 @@
+"""Speed: `python -m tools.bench`, or one of `environment` and `training`.
+
+Ratios are taken within one process, its parts in turn, so that the machine's mood touches both alike.
+
+`environment`: a step through Gymnasium, as gymnasium.make gives it, against the cheapest raw loop of the same physics
+steps under the same commands, with rays once at the end.
+
+`training`: steps a second of the whole loop, AsDDPG against Stable-Baselines3's DDPG on the same Gymnasium id, with the
+same convolutions in front, the same widths and batch, one update a step, one torch thread each.
+"""
+
+import sys
+import time
+from collections.abc import Callable
+from typing import Any
+
+import gymnasium
+import mujoco
+import numpy as np
+import torch
+
+import tasks
+from asddpg.build import make_agent, make_environment, prepare_torch
+from asddpg.compose import train_config
+from asddpg.config import TrainConfig
+from asddpg.loop import run_episode
+from asddpg.networks import Features
+from asddpg.program import run
+from tasks.constants import TRACK, WHEEL_RADIUS
+
+ROUNDS = 25
+
+
+def environment() -> None:
+    """Print the cost of a Gymnasium step as a multiple of the raw loop's."""
+    env = gymnasium.make(tasks.gymnasium_id("nav_complex"))
+    env.reset(seed=0)
+    physics = env.get_wrapper_attr("physics")
+    substeps = round(0.2 / physics.timestep())
+    rng = np.random.default_rng(0)
+    commands = rng.uniform([0.0, -1.0], [0.5, 1.0], (200, 2))
+    ratios, ours, raws = [], [], []
+    for _ in range(ROUNDS):
+        raws.append(_raw_loop(physics.model.ptr, commands, substeps))
+        ours.append(_gymnasium_loop(env, commands))
+        ratios.append(ours[-1] / raws[-1])
+    print(f"physics step {physics.timestep() * 1e3:g} ms, {substeps} a control step, {physics.num_beams} beams")
+    print(f"raw loop {np.median(raws) * 1e6:.0f} us, through Gymnasium {np.median(ours) * 1e6:.0f} us a control step")
+    print(f"ratio {np.median(ratios):.3f} (bar: at most 1.2; rounds {np.min(ratios):.3f} to {np.max(ratios):.3f})")
+
+
+# Both loops begin anew every 10 steps, so that neither ever leans against a wall.
+_STRETCH = 10
+
+
+def _raw_loop(model: mujoco.MjModel, commands: Any, substeps: int) -> float:
+    data = mujoco.MjData(model)
+    no_sensors = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+    flags = model.opt.disableflags
+    seconds = 0.0
+    for index, (linear, angular) in enumerate(commands):
+        if index % _STRETCH == 0:
+            mujoco.mj_resetData(model, data)
+            mujoco.mj_forward(model, data)
+        half_turn = 0.5 * TRACK * angular
+        begun = time.perf_counter()
+        data.ctrl[0] = (linear - half_turn) / WHEEL_RADIUS
+        data.ctrl[1] = (linear + half_turn) / WHEEL_RADIUS
+        model.opt.disableflags = flags | no_sensors
+        mujoco.mj_step(model, data, substeps - 1)
+        model.opt.disableflags = flags
+        mujoco.mj_step(model, data, 1)
+        seconds += time.perf_counter() - begun
+    return seconds / len(commands)
+
+
+def _gymnasium_loop(env: gymnasium.Env[Any, Any], commands: Any) -> float:
+    seconds, fresh = 0.0, False
+    for index, command in enumerate(commands):
+        if index % _STRETCH == 0 or not fresh:
+            env.reset()
+        begun = time.perf_counter()
+        _, _, terminated, truncated, _ = env.step(command)
+        seconds += time.perf_counter() - begun
+        fresh = not (terminated or truncated)
+    return seconds / len(commands)
+
+
+def training(steps: int = 1500) -> None:
+    """Print training steps a second, ours and Stable-Baselines3's, and the ratio."""
+    prepare_torch()
+    config = train_config(["task=nav_complex", "agent.learning_starts=100"])
+    loops: dict[str, Callable[[int], None]] = {
+        "AsDDPG": _ours(config),
+        "DDPG": _ours(train_config(["task=nav_complex", "agent=ddpg", "agent.learning_starts=100"])),
+        "SB3 DDPG": _stable_baselines(config, share_convolutions=False),
+        "SB3 DDPG, shared convolutions": _stable_baselines(config, share_convolutions=True),
+    }
+    speeds: dict[str, list[float]] = {name: [] for name in loops}
+    for loop in loops.values():
+        loop(300)
+    for _ in range(5):
+        for name, loop in loops.items():
+            begun = time.perf_counter()
+            loop(steps // 5)
+            speeds[name].append(steps // 5 / (time.perf_counter() - begun))
+    widths = "x".join(str(width) for width in config.network.widths)
+    print(f"batch {config.agent.batch_size}, layers {widths}, one thread, denormals flushed for all")
+    for name, values in speeds.items():
+        print(f"{name:30} {np.median(values):6.1f} steps/s")
+    for name in list(loops)[2:]:
+        ratio = np.median(np.divide(speeds["AsDDPG"], speeds[name]))
+        print(f"AsDDPG / {name}: {ratio:.2f} (bar: at least 1.2)")
+
+
+def _ours(config: TrainConfig) -> Callable[[int], None]:
+    env = make_environment(config.task, config.reward)
+    agent = make_agent(config, env)
+    env.reset(seed=0)
+
+    def loop(steps: int) -> None:
+        done = 0
+        while done < steps:
+            done += run_episode(env, agent, max_steps=steps - done).steps
+
+    return loop
+
+
+def _stable_baselines(config: TrainConfig, share_convolutions: bool) -> Callable[[int], None]:
+    from stable_baselines3 import DDPG
+    from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
+
+    class Extractor(BaseFeaturesExtractor):
+        def __init__(self, space: gymnasium.spaces.Box) -> None:
+            super().__init__(space, 1)
+            self.features = Features(space.shape[0], (config.task.num_scans, 40))
+            self._features_dim = self.features.size
+
+        def forward(self, observation: torch.Tensor) -> torch.Tensor:
+            found: torch.Tensor = self.features(observation)
+            return found
+
+    env = make_environment(config.task, config.reward)
+    model = DDPG(
+        "MlpPolicy",
+        env,
+        batch_size=config.agent.batch_size,
+        learning_starts=100,
+        train_freq=1,
+        gradient_steps=1,
+        buffer_size=config.agent.buffer_size,
+        device="cpu",
+        policy_kwargs={
+            "net_arch": list(config.network.widths),
+            "features_extractor_class": Extractor,
+            "share_features_extractor": share_convolutions,
+        },
+    )
+
+    def loop(steps: int) -> None:
+        model.learn(steps, reset_num_timesteps=False)
+
+    return loop
+
+
+def main(words: Any) -> None:
+    """Run the parts asked for, or both."""
+    parts: dict[str, Callable[[], None]] = {"environment": environment, "training": training}
+    for name in words or parts:
+        if name not in parts:
+            sys.exit(f"error: there is no benchmark {name!r}; there are {', '.join(parts)}")
+        print(f"== {name}")
+        parts[name]()
+
+
+if __name__ == "__main__":
+    run(main, str(__doc__))
