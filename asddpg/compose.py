@@ -22,7 +22,7 @@ Config = TypeVar("Config", TrainConfig, EvaluateConfig)
 
 GROUPS = {
     "task": ALL_TASKS,
-    "agent": ("asddpg", "ddpg"),
+    "agent": ("asddpg", "asddpg_paper", "ddpg"),
     "network": ("fc2x100", "fc3x100", "fc3x256"),
     "reward": tuple(REWARDS),
 }

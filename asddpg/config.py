@@ -72,12 +72,12 @@ class LearningConfig:
     learning_starts: int = 1000
     # γ_p on the controller's positive dense rewards; 1 makes its help free.
     gamma_p: float = 0.5
-    # Whether γ_p acts in y^A too, as in Eq. 4, or in y^Q alone.
+    # Whether γ_p acts in y^A too, as in the paper's Eq. 4, or in y^Q alone.
     charge_critic: bool = False
-    # Whether Q^A bootstraps from the switch's value, Q'(x', argmax Q), and not from Q^A'(x', π'(x')).
-    critic_follows_switch: bool = False
+    # Whether Q^A bootstraps from the switch's value, Q'(x', argmax_σ Q), or from Q^A'(x', π'(x')), the paper's Eq. 4.
+    critic_follows_switch: bool = True
     # Weight of imitating the controller where the critic prefers its action; 0 leaves the paper's Eq. 5.
-    imitation: float = 0.0
+    imitation: float = 1.0
 
 
 @dataclass
@@ -236,6 +236,12 @@ def check(config: TrainConfig | EvaluateConfig) -> None:
             raise UserError(f"{name} must be {wanted}, not {value}")
     if isinstance(config, TrainConfig):
         _check_buffer(config.agent)
+        _check_assistance(config.agent)
+
+
+def _check_assistance(agent: LearningConfig) -> None:
+    if not agent.assisted and (agent.imitation or agent.critic_follows_switch):
+        raise UserError("agent.imitation and agent.critic_follows_switch need a controller: agent.assisted=true")
 
 
 def _check_buffer(agent: LearningConfig) -> None:

@@ -17,8 +17,8 @@ class RunFolder:
     """Paths of a run.
 
     `config.yaml` resolved configuration and what the run was made with · `metrics.csv` a row an episode ·
-    `validation.csv` a row a validation · `timing.csv` wall-clock · `tensorboard/` · `checkpoints/{last,best}/agent.pt`
-    · `evaluation.json` test figures.
+    `validation.csv` a row a validation · `timing.csv`, `resources.json` time and memory · `tensorboard/` ·
+    `checkpoints/{last,best}/agent.pt` · `evaluation.json` test figures.
     """
 
     path: Path
@@ -52,6 +52,11 @@ class RunFolder:
     def evaluation(self) -> Path:
         """Test figures."""
         return self.path / "evaluation.json"
+
+    @property
+    def resources(self) -> Path:
+        """Time and memory the run took."""
+        return self.path / "resources.json"
 
     def checkpoint(self, name: str) -> Path:
         """Weights; `name` is last or best."""

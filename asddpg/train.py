@@ -3,6 +3,8 @@
 import csv
 import dataclasses
 import platform
+import resource
+import time
 from collections.abc import Sequence
 from importlib import metadata
 
@@ -40,7 +42,9 @@ def main(words: Sequence[str]) -> None:
     made_with = versions() | {"model_hash": hash_of(environment)}
     write_config(folder, dataclasses.asdict(config), made_with)
     print(f"training {config.agent.name} on {config.task.name}, {config.total_steps} steps, in {folder.path}")
+    begun = time.perf_counter()
     Training(config, folder, environment, agent).run()
+    seconds = time.perf_counter() - begun
     if config.test_episodes:
         tested = test(config, folder, environment, agent)
         contents = {name: figures.as_dict() for name, figures in tested.items()}
@@ -48,6 +52,9 @@ def main(words: Sequence[str]) -> None:
             folder.evaluation, {"task": config.task.name, "set": "test", "driver": "actor", **contents, **made_with}
         )
         print(f"actor alone on {config.test_episodes} stored test pairs:\n{table(tested)}")
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # kB on Linux
+    write_json(folder.resources, {"training_seconds": round(seconds, 1), "peak_memory_mb": round(peak, 1)})
+    print(f"{config.total_steps / seconds:.0f} steps/s, peak memory {peak:.0f} MB")
     print(f"the run lies in {folder.path}; evaluate it: python -m asddpg.evaluate run={folder.path}")
 
 

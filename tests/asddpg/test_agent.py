@@ -48,7 +48,9 @@ class Useless:
 
 
 def make_agent(controller: Any, seed: int = 0, **learning: Any) -> AsDDPG:
-    config = LearningConfig(learning_starts=100, actor_learning_rate=1e-3, gamma=0.5, **learning)
+    assisted = controller is not None
+    settings = {"critic_follows_switch": assisted, "imitation": float(assisted)} | learning
+    config = LearningConfig(learning_starts=100, actor_learning_rate=1e-3, gamma=0.5, assisted=assisted, **settings)
     shape = NetworkShape(3, None, LOW.tolist(), HIGH.tolist(), (32, 32))
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
@@ -74,9 +76,16 @@ def mean_reward(agent: Any) -> float:
     return float(np.mean([run_episode(environment, agent).total_reward / 10 for _ in range(20)]))
 
 
-@pytest.mark.parametrize("controller", [None, Useless()], ids=["ddpg", "asddpg"])
-def test_learns_an_identity_task(controller: Any) -> None:
-    agent = make_agent(controller)
+PAPER = {"critic_follows_switch": False, "imitation": 0.0, "charge_critic": True}
+
+
+@pytest.mark.parametrize(
+    ("controller", "learning"),
+    [(None, {}), (Useless(), PAPER), (Useless(), {})],
+    ids=["ddpg", "asddpg_paper", "asddpg"],
+)
+def test_learns_an_identity_task(controller: Any, learning: dict[str, Any]) -> None:
+    agent = make_agent(controller, **learning)
     before = mean_reward(actor_alone(agent))
     train(agent, 3000)
     after = mean_reward(actor_alone(agent))
