@@ -50,7 +50,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
             config: constants of the task; None takes the paper's.
             num_scans: scans stacked in the observation.
             render_mode: None or `rgb_array`.
-            camera: `chase`, `top` or `onboard`.
+            camera: `chase`, `top`, `onboard`, or `free` for the whole scene.
             width: of a rendered picture, pixels.
             height: of a rendered picture, pixels.
         """

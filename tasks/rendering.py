@@ -17,6 +17,7 @@ from tasks.errors import TaskError
 
 Picture = npt.NDArray[np.uint8]
 
+FREE = "free"
 BACKENDS = {"": "mujoco.egl", "egl": "mujoco.egl", "osmesa": "mujoco.osmesa", "glfw": "mujoco.glfw"}
 
 
@@ -46,20 +47,32 @@ class OffscreenRenderer:
         atexit.register(_close_if_alive, weakref.ref(self))
 
     def render(self, data: mujoco.MjData, camera: str) -> Picture:
-        """The scene as that camera sees it: uint8 (height, width, 3), first row on top."""
-        names = [self._model.camera(index).name for index in range(self._model.ncam)]
-        if camera not in names:
-            raise TaskError(f"there is no camera {camera!r}; there are {', '.join(names)}")
+        """The scene as that camera sees it, or `free` as the model's own overall view does.
+
+        Returns:
+            uint8 (height, width, 3), first row on top.
+        """
+        view = self._view(camera)
         self._context.make_current()
-        view = mujoco.MjvCamera()
-        view.type = mujoco.mjtCamera.mjCAMERA_FIXED
-        view.fixedcamid = names.index(camera)
         everything = mujoco.mjtCatBit.mjCAT_ALL
         mujoco.mjv_updateScene(self._model, data, self._options, None, view, everything, self._scene)
         mujoco.mjr_render(self._rect, self._scene, self._mjr)
         picture = np.empty((self._rect.height, self._rect.width, 3), dtype=np.uint8)
         mujoco.mjr_readPixels(picture, None, self._rect, self._mjr)
         return picture[::-1].copy()
+
+    def _view(self, camera: str) -> mujoco.MjvCamera:
+        names = [self._model.camera(index).name for index in range(self._model.ncam)]
+        view = mujoco.MjvCamera()
+        if camera == FREE:
+            mujoco.mjv_defaultFreeCamera(self._model, view)
+            view.distance *= 0.8  # MuJoCo leaves a wide margin
+        elif camera in names:
+            view.type = mujoco.mjtCamera.mjCAMERA_FIXED
+            view.fixedcamid = names.index(camera)
+        else:
+            raise TaskError(f"there is no camera {camera!r}; there are {', '.join([*names, FREE])}")
+        return view
 
     def close(self) -> None:
         """Free the context; may be called again."""
