@@ -15,12 +15,12 @@ help:
 	@echo 'make results    the runs behind the README      make clean      remove .venv and caches'
 
 # Installing writes the stamp last: an interrupted install is begun again.
-$(VENV)/python:
+$(VENV)/made:
 	$(PYTHON) -c 'import sys; sys.exit("asddpg needs Python 3.11 or newer" if sys.version_info < (3, 11) else 0)'
 	$(PYTHON) -m venv $(VENV)
 	@touch $@
 
-$(VENV)/installed: $(VENV)/python pyproject.toml constraints.txt
+$(VENV)/installed: $(VENV)/made pyproject.toml constraints.txt
 	$(PIP_INSTALL) --editable .
 	@touch $@
 
