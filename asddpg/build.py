@@ -78,8 +78,8 @@ def _initial_networks(shape: NetworkShape, with_switch: bool, rng: np.random.Gen
 
 def check_device(device: str) -> None:
     """UserError where torch has no such device."""
-    kind, _, index = device.partition(":")
-    if kind not in ("cpu", "cuda") or (index and not index.isdigit()):
+    kind, colon, index = device.partition(":")
+    if kind not in ("cpu", "cuda") or (colon and not index.isdigit()):
         raise UserError(f"there is no device {device!r}; there are cpu, cuda and cuda:<n>")
     if kind == "cuda" and not torch.cuda.is_available():
         raise UserError(f"device {device} needs a CUDA build of torch and a GPU, and there is none; cpu always works")

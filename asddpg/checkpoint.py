@@ -28,9 +28,9 @@ def load(path: Path, agent: AsDDPG) -> int:
     content = _read(path)
     try:
         agent.load_state(content["agent"])
-    except (KeyError, RuntimeError, ValueError, TypeError) as error:
+        return int(content["step"])
+    except (KeyError, RuntimeError, ValueError, TypeError, AttributeError) as error:
         raise UserError(f"the checkpoint {path} does not fit the network that its run's config.yaml names") from error
-    return int(content["step"])
 
 
 def _read(path: Path) -> dict[str, Any]:

@@ -58,7 +58,7 @@ def _finished(composing: Callable[[], DictConfig], kind: type[Config]) -> Config
     try:
         config = OmegaConf.to_object(composing())
     except (HydraException, OmegaConfBaseException) as error:
-        raise UserError(_first_line(error)) from error
+        raise UserError(first_line(error)) from error
     assert isinstance(config, kind)
     check(config)
     return config
@@ -67,7 +67,8 @@ def _finished(composing: Callable[[], DictConfig], kind: type[Config]) -> Config
 def _checked_overrides(
     words: Sequence[str], kind: type[Config], groups: dict[str, tuple[str, ...]]
 ) -> Sequence[Override]:
-    options = option_names(OmegaConf.structured(kind))
+    # A name says which choice of a group the values are: it is no option of its own.
+    options = [name for name in option_names(OmegaConf.structured(kind)) if not name.endswith(".name")]
     overrides = _parse(words)
     for override in overrides:
         _check_name(override, options, groups)
@@ -124,7 +125,7 @@ def option_names(config: DictConfig, prefix: str = "") -> list[str]:
     return names
 
 
-def _first_line(error: Exception) -> str:
+def first_line(error: Exception) -> str:
     """The first line of the deepest cause: Hydra wraps OmegaConf's message in its own."""
     cause: BaseException = error
     while cause.__cause__ is not None:

@@ -174,6 +174,11 @@ def _two_finite(values: list[float]) -> bool:
     return len(values) == 2 and all(abs(value) < 1e6 for value in values)
 
 
+def _multiple_of_physics_step(seconds: float) -> bool:
+    steps = seconds / 0.005
+    return 0.01 <= seconds <= 2 and abs(steps - round(steps)) < 1e-6
+
+
 def _layers(widths: list[int]) -> bool:
     return len(widths) >= 2 and all(1 <= width <= 65_536 for width in widths)
 
@@ -192,8 +197,8 @@ RULES: dict[str, Rule] = {
     "episodes": _POSITIVE,
     "validation.every": _NOT_NEGATIVE,
     "validation.episodes": (lambda value: 1 <= value <= 50, "from 1 to 50, the size of the stored validation set"),
-    "task.control_timestep": (lambda value: 0.01 <= value <= 2, "from 0.01 to 2 s"),
-    "task.goal_radius": _POSITIVE,
+    "task.control_timestep": (_multiple_of_physics_step, "from 0.01 to 2 s and a multiple of the physics step, 5 ms"),
+    "task.goal_radius": (lambda value: 0.1 <= value <= 2, "from 0.1 to 2 m"),
     "task.time_limit_steps": _POSITIVE,
     "task.max_linear_velocity": (lambda value: 0 < value <= 1.2, "above 0 and up to the robot's 1.2 m/s"),
     "task.max_angular_velocity": (lambda value: 0 < value <= 5.24, "above 0 and up to the robot's 5.24 rad/s"),
@@ -208,11 +213,11 @@ RULES: dict[str, Rule] = {
     "agent.actor_learning_rate": _POSITIVE,
     "agent.critic_learning_rate": _POSITIVE,
     "agent.batch_size": _POSITIVE,
-    "agent.buffer_size": _POSITIVE,
+    "agent.buffer_size": (lambda value: 0 < value <= 10**7, "from 1 to 10 million"),
     "agent.learning_starts": _NOT_NEGATIVE,
     "agent.gamma_p": _SHARE,
     "agent.imitation": _NOT_NEGATIVE,
-    "controller.gains": (_two_finite, "two finite numbers, P_l and P_r"),
+    "controller.gains": (_two_finite, "two numbers within a million, P_l and P_r"),
     "exploration.theta": _SHARE,
     "exploration.sigma": _NOT_NEGATIVE,
     "exploration.decay_steps": _NOT_NEGATIVE,

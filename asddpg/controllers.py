@@ -62,9 +62,15 @@ def make_controller(kind: str, gains: Sequence[float], low: Action, high: Action
         factory = getattr(importlib.import_module(module), attribute)
         if not callable(factory):
             raise ImportError
-    except (ImportError, AttributeError, ValueError) as error:
+    except (ImportError, AttributeError, ValueError, TypeError, SyntaxError) as error:
         raise UserError(
             f"there is no controller {kind!r}; there is {', '.join(CONTROLLERS)}, or your own as package.module:Factory"
         ) from error
-    controller: Controller = factory(gains=gains, low=low, high=high)
+    try:
+        controller: Controller = factory(gains=gains, low=low, high=high)
+    except TypeError as error:
+        wanted = "package.module:Factory with Factory(gains=…, low=…, high=…)"
+        raise UserError(f"the controller {kind!r} cannot be made: {error}; it is named as {wanted}") from error
+    if not callable(getattr(controller, "act", None)):
+        raise UserError(f"the controller {kind!r} has no method act(observation)")
     return controller

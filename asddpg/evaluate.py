@@ -3,7 +3,6 @@
 A baseline needs no run: `python -m asddpg.evaluate agent=controller task=nav_complex`.
 """
 
-import dataclasses
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -15,8 +14,8 @@ from omegaconf.errors import OmegaConfBaseException
 
 from asddpg import checkpoint
 from asddpg.build import action_bounds, check_device, controller_for, make_agent, make_environment, prepare_torch
-from asddpg.compose import BASELINES, evaluate_config, train_config
-from asddpg.config import EvaluateConfig, TrainConfig, check
+from asddpg.compose import BASELINES, evaluate_config, first_line, option_names, train_config
+from asddpg.config import ControllerConfig, EvaluateConfig, TrainConfig, check
 from asddpg.drivers import FixedDriver, actor_alone, controller_alone, random_actor, with_switch
 from asddpg.errors import UserError
 from asddpg.evaluation import evaluate, table
@@ -46,8 +45,11 @@ def main(words: Sequence[str]) -> None:
 
 
 def _evaluate_run(config: EvaluateConfig, folder: RunFolder) -> None:
+    if config.controller != ControllerConfig():
+        raise UserError("a run brings its own controller; controller.* is for agent=controller")
     trained, made_with = _trained_config(folder)
     trained.device = config.device
+    is_other_task = config.task not in (None, trained.task.name)
     trained.task.name = config.task or trained.task.name
     environment = make_environment(trained.task, trained.reward)
     agent = make_agent(trained, environment)
@@ -55,7 +57,7 @@ def _evaluate_run(config: EvaluateConfig, folder: RunFolder) -> None:
     if config.driver == "switch" and agent.controller is None:
         raise UserError("driver=switch needs a run with a controller, and this one is DDPG; driver=actor works")
     driver = with_switch(agent) if config.driver == "switch" else actor_alone(agent)
-    if config.task in (None, trained.task.name) and hash_of(environment) != made_with.get("model_hash"):
+    if not is_other_task and hash_of(environment) != made_with.get("model_hash"):
         print("note: the scene's model is not the one this run was trained on")
     what = f"{folder.path}, {config.checkpoint} checkpoint (step {step}), driver {config.driver}"
     _drive(config, trained, environment, driver, what, folder.evaluation)
@@ -69,7 +71,9 @@ def _trained_config(folder: RunFolder) -> tuple[TrainConfig, dict[str, str]]:
         assert isinstance(trained, TrainConfig)
         check(trained)
     except (OmegaConfBaseException, UserError) as error:
-        raise UserError(f"{folder.config} is not a configuration of this version: {error}") from error
+        raise UserError(f"{folder.config} is not a configuration of this version: {first_line(error)}") from error
+    if trained.task.name not in ALL_TASKS:
+        raise UserError(f"{folder.config} names no task of this version: {trained.task.name!r}")
     return trained, made_with
 
 
@@ -80,6 +84,8 @@ def _evaluate_baseline(config: EvaluateConfig) -> None:
         )
     if config.run is not None or config.task is None:
         raise UserError(f"agent={config.agent} needs task= and no run=, such as task={ALL_TASKS[-1]}")
+    if (config.driver, config.checkpoint) != ("actor", "last"):
+        raise UserError("driver= and checkpoint= belong to run=; a baseline has neither")
     defaults = train_config([f"task={config.task}"])
     environment = make_environment(defaults.task, defaults.reward)
     if config.agent == "controller":
@@ -123,4 +129,4 @@ def _pairs(config: EvaluateConfig, task_name: str, goal_radius: float) -> tuple[
 
 
 if __name__ == "__main__":
-    run(main, f"{__doc__}\n\nOptions: {', '.join(field.name for field in dataclasses.fields(EvaluateConfig))}")
+    run(main, f"{__doc__}\n\nOptions: {', '.join(option_names(OmegaConf.structured(EvaluateConfig)))}")

@@ -27,7 +27,7 @@ class OrnsteinUhlenbeckNoise:
             half_range: (action_size,) half the range of each action, physical units.
             theta: share of the noise that is lost at each step.
             sigma: standard deviation of what is added at each step.
-            decay_steps: samples after which the scale has come down to `final_scale`.
+            decay_steps: steps of training after which the scale has come down to `final_scale`.
             final_scale: scale from then on, 0 to 1.
             rng: source of randomness.
         """

@@ -3,6 +3,8 @@
 import sys
 from collections.abc import Callable, Sequence
 
+from dm_control.rl.control import PhysicsError
+
 from asddpg.errors import UserError
 from tasks.errors import TaskError
 
@@ -18,6 +20,9 @@ def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
     except (UserError, TaskError) as error:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(2)
+    except PhysicsError as error:
+        print(f"error: the simulation broke down, most likely by an action that is no number: {error}", file=sys.stderr)
+        sys.exit(1)
     except OSError as error:  # a full disk, a folder that is not writable
         print(f"error: {error.filename or 'a file'} cannot be read or written: {error.strerror}", file=sys.stderr)
         sys.exit(2)

@@ -18,7 +18,8 @@ class RunFolder:
 
     `config.yaml` resolved configuration and what the run was made with · `metrics.csv` a row an episode ·
     `validation.csv` a row a validation · `timing.csv`, `resources.json` time and memory · `tensorboard/` ·
-    `checkpoints/{last,best}/agent.pt` · `evaluation.json` test figures.
+    `checkpoints/{last,best}/agent.pt` · `test.json` the test that ends the training ·
+    `evaluation.json` what asddpg.evaluate found last.
     """
 
     path: Path
@@ -49,8 +50,13 @@ class RunFolder:
         return self.path / "tensorboard"
 
     @property
+    def test(self) -> Path:
+        """Figures of the test that ends a training, of both checkpoints."""
+        return self.path / "test.json"
+
+    @property
     def evaluation(self) -> Path:
-        """Test figures."""
+        """Figures of the last evaluation."""
         return self.path / "evaluation.json"
 
     @property
@@ -114,8 +120,16 @@ def read_config(folder: RunFolder) -> tuple[dict[str, Any], dict[str, str]]:
     """
     try:
         values = yaml.safe_load(folder.config.read_text(encoding="utf-8"))
-        made_with = values.pop("made_with")
-    except (yaml.YAMLError, UnicodeDecodeError, AttributeError, KeyError, TypeError) as error:
+        made_with = dict(values.pop("made_with"))
+    except (
+        yaml.YAMLError,
+        UnicodeDecodeError,
+        AttributeError,
+        KeyError,
+        TypeError,
+        ValueError,
+        RecursionError,
+    ) as error:
         raise UserError(f"{folder.config} is damaged or not written by asddpg.train") from error
     return values, made_with
 

@@ -48,9 +48,7 @@ def main(words: Sequence[str]) -> None:
     if config.test_episodes:
         tested = test(config, folder, environment, agent)
         contents = {name: figures.as_dict() for name, figures in tested.items()}
-        write_json(
-            folder.evaluation, {"task": config.task.name, "set": "test", "driver": "actor", **contents, **made_with}
-        )
+        write_json(folder.test, {"task": config.task.name, "set": "test", "driver": "actor", **contents, **made_with})
         print(f"actor alone on {config.test_episodes} stored test pairs:\n{table(tested)}")
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # kB on Linux
     write_json(folder.resources, {"training_seconds": round(seconds, 1), "peak_memory_mb": round(peak, 1)})

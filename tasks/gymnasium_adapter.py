@@ -63,6 +63,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         self.render_mode = render_mode
         self._picture = (camera, width, height)
         self._renderer: OffscreenRenderer | None = None
+        self._begun = False
         limits = self._task.action_spec(self._physics)
         self.physical_action_space = spaces.Box(
             limits.minimum.astype(np.float32), limits.maximum.astype(np.float32), dtype=np.float32
@@ -102,6 +103,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         if options:
             self._take_options(options)
         time_step = self._env.reset()
+        self._begun = True
         return self._stack.reset(time_step.observation), self._info()
 
     def _take_options(self, options: dict[str, Any]) -> None:
@@ -122,8 +124,10 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
 
     def step_physical(self, command: FloatArray) -> tuple[Float32Array, float, bool, bool, dict[str, Any]]:
         """Drive for one control step; `command` is (v, ω) in m/s and rad/s."""
-        if self._task.outcome is not Outcome.RUNNING:
-            raise gymnasium.error.ResetNeeded("the episode has ended: call reset() before the next step()")
+        if not self._begun or self._task.outcome is not Outcome.RUNNING:
+            raise gymnasium.error.ResetNeeded("no episode is in progress: call reset() before step()")
+        if np.shape(command) != (2,):
+            raise TaskError(f"an action is two numbers, for v and for ω, not of shape {np.shape(command)}")
         time_step = self._env.step(command)
         terminated = time_step.last() and time_step.discount == 0.0
         truncated = time_step.last() and not terminated
@@ -158,10 +162,11 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
             self._renderer = None
 
 
-class PhysicalActions(gymnasium.Wrapper[Any, Any, Any, Any]):
+class PhysicalActions(gymnasium.Wrapper[Any, Any, Any, Any], gymnasium.utils.RecordConstructorArgs):
     """Actions in physical units: v in m/s and ω in rad/s."""
 
     def __init__(self, env: NavigationEnv) -> None:
+        gymnasium.utils.RecordConstructorArgs.__init__(self)
         super().__init__(env)
         self.action_space = env.physical_action_space
         self._step = env.step_physical

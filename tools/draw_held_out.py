@@ -8,6 +8,7 @@ import json
 
 import numpy as np
 
+from asddpg.program import run
 from tasks import ALL_TASKS
 from tasks.constants import GOAL_RADIUS
 from tasks.fresh_pairs import draw_pairs
@@ -39,4 +40,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    main()
+    run(lambda _: main(), str(__doc__))

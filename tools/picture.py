@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import gymnasium
+import numpy as np
 from PIL import Image
 
 import tasks
@@ -22,9 +23,10 @@ def main(words: Sequence[str]) -> None:
     name = tasks.gymnasium_id(words[0])
     environment = gymnasium.make(name, render_mode="rgb_array", camera=camera, width=WIDTH, height=HEIGHT)
     environment.reset(seed=3)
+    picture = np.asarray(environment.render())
     try:
-        Image.fromarray(environment.render()).save(path)
-    except (OSError, ValueError) as error:
+        Image.fromarray(picture).save(path)
+    except OSError as error:
         raise UserError(f"the picture {path} cannot be written: {error}") from error
     environment.close()
     print(f"written to {path}")

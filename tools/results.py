@@ -65,7 +65,7 @@ def figures(name: str, seed: int) -> dict[str, float]:
     folder = folder_of(name, seed)
     with (folder / "metrics.csv").open() as file:
         rows = list(csv.DictReader(file))
-    tested = json.loads((folder / "evaluation.json").read_text())
+    tested = json.loads((folder / "test.json").read_text())
     resources = json.loads((folder / "resources.json").read_text())
     outcomes = [row["outcome"] for row in rows if row["outcome"] != "cut"][-LAST_EPISODES:]
     found = {
