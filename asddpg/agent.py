@@ -58,6 +58,7 @@ class AsDDPG:
         self._target_critic_dqn, self._target_policy = self._flatten(self.target)
         self._critic_optimizer = Adam([self._critic_dqn.vector], lr=config.critic_learning_rate, fused=True)
         self._policy_optimizer = Adam([self._policy.vector], lr=config.actor_learning_rate, fused=True)
+        self._asks_target_policy = controller is None or not config.critic_follows_switch
         self.updates = 0
 
     @staticmethod
@@ -135,20 +136,22 @@ class AsDDPG:
 
     def update(self, batch: Batch) -> Mapping[str, Tensor]:
         """One update: Critic-DQN by Eq. 4, policy by Eq. 5, then the soft targets."""
-        features = self.networks.features(batch.x)
         targets = bellman_targets(
             batch, self.networks, self.target, self.config.gamma, self.config.critic_follows_switch
         )
-        loss = critic_dqn_loss(batch, features, self.networks, targets)
+        loss = critic_dqn_loss(batch, self.networks.features(batch.x), self.networks, targets)
         self._critic_dqn.differentiate(loss.total)
         self._critic_optimizer.step()
 
-        policy_objective = policy_loss(batch, features.detach(), self.networks, self.config.imitation)
+        with torch.no_grad():
+            features = self.networks.features(batch.x)
+        policy_objective = policy_loss(batch, features, self.networks, self.config.imitation)
         self._policy.differentiate(policy_objective)
         self._policy_optimizer.step()
 
         self._target_critic_dqn.follow(self._critic_dqn, self.config.tau)
-        self._target_policy.follow(self._policy, self.config.tau)
+        if self._asks_target_policy:
+            self._target_policy.follow(self._policy, self.config.tau)
         self.updates += 1
         learned = {"critic_loss": loss.critic.detach(), "policy_loss": policy_objective.detach()}
         if loss.switch is not None:

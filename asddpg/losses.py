@@ -99,12 +99,14 @@ def policy_loss(batch: Batch, features: Tensor, online: Networks, imitation: flo
         online: the networks.
         imitation: weight of the distance; 0 leaves Eq. 5.
     """
+    with torch.no_grad():
+        first = online.critic.first(features)
     action = online.policy(batch.x)
-    q: Tensor = online.critic(features, action)
+    q: Tensor = online.critic.rate(first, action)
     if imitation == 0.0:
         return -q.mean()
     with torch.no_grad():
-        is_better = online.critic(features, batch.controller_action) > q
+        is_better = online.critic.rate(first, batch.controller_action) > q
     distance = torch.square((action - batch.controller_action) / online.policy_head.half_range).sum(dim=1)
     imitation_loss: Tensor = imitation * (is_better * distance).mean()
     return imitation_loss - q.mean()

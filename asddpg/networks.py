@@ -10,6 +10,8 @@ from typing import NamedTuple
 import torch
 from torch import Tensor, nn
 
+from asddpg.layers import Convolution, Linear
+
 POLICY, CONTROLLER = 0, 1  # columns of Q(x, σ)
 
 
@@ -44,13 +46,10 @@ class Features(nn.Module):
             return
         scans, beams = scan_shape
         self.convolutions = nn.Sequential(
-            nn.Conv1d(scans, 32, kernel_size=5, stride=2),
-            nn.ReLU(),
-            nn.Conv1d(32, 32, kernel_size=3, stride=2),
-            nn.ReLU(),
+            Convolution(scans, 32, kernel=5, stride=2), nn.ReLU(), Convolution(32, 32, kernel=3, stride=2), nn.ReLU()
         )
         with torch.no_grad():
-            extracted = self.convolutions(torch.zeros(1, scans, beams)).numel()
+            extracted = self.convolutions(torch.zeros(1, beams, scans)).numel()
         self.size = extracted + observation_size - scans * beams
 
     def forward(self, observation: Tensor) -> Tensor:  # [B, O] → [B, F]
@@ -58,7 +57,8 @@ class Features(nn.Module):
         if self.scan_shape is None:
             return observation
         scans, beams = self.scan_shape
-        extracted = self.convolutions(observation[:, : scans * beams].view(-1, scans, beams))
+        signal = observation[:, : scans * beams].view(-1, scans, beams).transpose(1, 2)
+        extracted = self.convolutions(signal)
         return torch.cat([extracted.flatten(1), observation[:, scans * beams :]], dim=1)
 
 
@@ -103,8 +103,12 @@ class CriticBranch(nn.Module):
 
     def forward(self, features: Tensor, action: Tensor) -> Tensor:  # [B, F], [B, A] → [B]
         """Q^A(x, a) from the features of x."""
+        return self.rate(self.first(features), action)
+
+    def rate(self, first: Tensor, action: Tensor) -> Tensor:  # [B, widths[0]], [B, A] → [B]
+        """Q^A(x, a) from the first layer's output, which several actions at one x may share."""
         scaled = (action - self.middle) / self.half_range
-        q: Tensor = self.out(self.rest(torch.cat([self.first(features), scaled], dim=1)))
+        q: Tensor = self.out(self.rest(torch.cat([first, scaled], dim=1)))
         return q.squeeze(1)
 
 
@@ -114,8 +118,7 @@ class SwitchBranch(nn.Module):
     def __init__(self, shape: NetworkShape, features: int) -> None:
         super().__init__()
         self.hidden = mlp([features, *shape.widths])
-        self.value = small_linear(shape.widths[-1], 1)
-        self.advantage = small_linear(shape.widths[-1], 2)
+        self.out = small_linear(shape.widths[-1], 3)
 
     def forward(self, features: Tensor) -> Tensor:  # [B, F] → [B, 2], columns POLICY, CONTROLLER
         """Q(x, σ) from the features of x."""
@@ -123,8 +126,7 @@ class SwitchBranch(nn.Module):
 
     def value_and_q(self, features: Tensor) -> tuple[Tensor, Tensor]:
         """V(x), [B], and Q(x, σ), [B, 2]."""
-        hidden = self.hidden(features)
-        value, advantage = self.value(hidden), self.advantage(hidden)
+        value, advantage = self.out(self.hidden(features)).split((1, 2), dim=1)
         return value.squeeze(1), value + advantage - advantage.mean(dim=1, keepdim=True)
 
 
@@ -161,13 +163,10 @@ def mlp(sizes: Sequence[int], layer_norm: bool = False) -> nn.Sequential:
     """Fully connected layers, each followed by ReLU, with a normalisation between if asked for."""
     layers: list[nn.Module] = []
     for fan_in, fan_out in pairwise(sizes):
-        layers += [nn.Linear(fan_in, fan_out), *([nn.LayerNorm(fan_out)] if layer_norm else []), nn.ReLU()]
+        layers += [Linear(fan_in, fan_out), *([nn.LayerNorm(fan_out)] if layer_norm else []), nn.ReLU()]
     return nn.Sequential(*layers)
 
 
-def small_linear(fan_in: int, fan_out: int) -> nn.Linear:
+def small_linear(fan_in: int, fan_out: int) -> Linear:
     """An output layer with weights within ±0.003, so that first actions and values are near the middle (DDPG)."""
-    layer = nn.Linear(fan_in, fan_out)
-    nn.init.uniform_(layer.weight, -3e-3, 3e-3)
-    nn.init.uniform_(layer.bias, -3e-3, 3e-3)
-    return layer
+    return Linear(fan_in, fan_out, bound=3e-3)

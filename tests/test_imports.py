@@ -15,6 +15,7 @@ CORE = (
     "exploration",
     "replay",
     "networks",
+    "layers",
     "losses",
     "flat",
     "assistance",

@@ -14,22 +14,22 @@ def relu(values: F64) -> F64:
 
 
 def linear(weights: Weights, name: str, values: F64) -> F64:
-    return values @ weights[f"{name}.weight"].T + weights[f"{name}.bias"]
+    return values @ weights[f"{name}.weight"] + weights[f"{name}.bias"]
 
 
-def convolution(weights: Weights, name: str, values: F64, stride: int) -> F64:
-    """[B, C, L] → [B, K, L'], valid, cross-correlation."""
-    kernel, bias = weights[f"{name}.weight"], weights[f"{name}.bias"]
-    width = kernel.shape[2]
-    starts = range(0, values.shape[2] - width + 1, stride)
-    return np.stack([np.einsum("bcw,kcw->bk", values[:, :, s : s + width], kernel) + bias for s in starts], axis=2)
+def convolution(weights: Weights, name: str, values: F64, width: int, stride: int) -> F64:
+    """[B, L, C] → [B, L', K], valid, cross-correlation."""
+    bias = weights[f"{name}.bias"]
+    kernel = weights[f"{name}.weight"].reshape(width, values.shape[2], len(bias))
+    starts = range(0, values.shape[1] - width + 1, stride)
+    return np.stack([np.einsum("bwc,wck->bk", values[:, s : s + width], kernel) + bias for s in starts], axis=1)
 
 
 def features(weights: Weights, prefix: str, x: F64, scan_shape: tuple[int, int]) -> F64:
     scans, beams = scan_shape
-    hidden = x[:, : scans * beams].reshape(-1, scans, beams)
-    hidden = relu(convolution(weights, f"{prefix}.convolutions.0", hidden, 2))
-    hidden = relu(convolution(weights, f"{prefix}.convolutions.2", hidden, 2))
+    hidden = x[:, : scans * beams].reshape(-1, scans, beams).transpose(0, 2, 1)
+    hidden = relu(convolution(weights, f"{prefix}.convolutions.0", hidden, 5, 2))
+    hidden = relu(convolution(weights, f"{prefix}.convolutions.2", hidden, 3, 2))
     return np.concatenate([hidden.reshape(len(x), -1), x[:, scans * beams :]], axis=1)
 
 
@@ -65,5 +65,5 @@ class Reference:
     def v_and_q(self, x: F64) -> tuple[F64, F64]:
         w = self.weights
         hidden = layers(w, "switch.hidden", features(w, "features", x, self.scan_shape))
-        value, advantage = linear(w, "switch.value", hidden), linear(w, "switch.advantage", hidden)
+        value, advantage = np.split(linear(w, "switch.out", hidden), [1], axis=1)
         return value[:, 0], value + advantage - advantage.mean(axis=1, keepdims=True)

@@ -1,5 +1,6 @@
 """What AsDDPG does, seen from outside."""
 
+import copy
 from collections.abc import Mapping
 from typing import Any
 
@@ -13,6 +14,7 @@ from asddpg.controllers import ProportionalController
 from asddpg.drivers import actor_alone
 from asddpg.exploration import OrnsteinUhlenbeckNoise
 from asddpg.loop import run_episode
+from asddpg.losses import Batch, bellman_targets, critic_dqn_loss, policy_loss
 from asddpg.networks import Networks, NetworkShape
 from asddpg.replay import ReplayBuffer
 from asddpg.types import Action, Decision, Driver, Observation, Step
@@ -93,6 +95,43 @@ def test_learns_an_identity_task(controller: Any, learning: dict[str, Any]) -> N
     assert after > -0.01
 
 
+def random_batch(size: int = 16) -> Batch:
+    rng = np.random.default_rng(0)
+    columns = (rng.normal(size=(size, 3)), rng.uniform(LOW, HIGH, (size, 2)), *rng.normal(size=(2, size)))
+    flags = (np.ones(size), rng.integers(0, 2, size), rng.normal(size=(size, 3)), rng.uniform(LOW, HIGH, (size, 2)))
+    return Batch(*(torch.from_numpy(np.asarray(part, dtype=np.float32)) for part in (*columns, *flags)))
+
+
+@pytest.mark.parametrize("learning", [PAPER, {}], ids=["asddpg_paper", "asddpg"])
+def test_an_update_is_critic_then_policy_then_targets(learning: dict[str, Any]) -> None:
+    """One update against its parts; Adam's first step is lr · g / (|g| + 1e-8)."""
+    agent, batch = make_agent(Useless(), **learning), random_batch()
+    with torch.no_grad():
+        for parameter in agent.networks.parameters():
+            parameter.add_(0.1 * torch.randn_like(parameter))
+    twin, target, config = copy.deepcopy(agent.networks), copy.deepcopy(agent.target), agent.config
+    agent.update(batch)
+
+    def step(parameters: list[torch.nn.Parameter], loss: torch.Tensor, rate: float) -> None:
+        gradients = torch.autograd.grad(loss, parameters)
+        with torch.no_grad():
+            for parameter, gradient in zip(parameters, gradients, strict=True):
+                parameter.sub_(rate * gradient / (gradient.abs() + 1e-8))
+
+    targets = bellman_targets(batch, twin, target, config.gamma, config.critic_follows_switch)
+    loss = critic_dqn_loss(batch, twin.features(batch.x), twin, targets)
+    step(twin.critic_dqn_parameters(), loss.total, config.critic_learning_rate)
+    objective = policy_loss(batch, twin.features(batch.x).detach(), twin, config.imitation)
+    step(twin.policy_parameters(), objective, config.actor_learning_rate)
+    for (name, found), expected in zip(agent.networks.named_parameters(), twin.parameters(), strict=True):
+        torch.testing.assert_close(found, expected, rtol=1e-4, atol=1e-6, msg=name)
+    followed = [name for name, _ in twin.named_parameters() if learning or not name.startswith("policy")]
+    online, before = dict(agent.networks.named_parameters()), dict(target.named_parameters())
+    for name in followed:
+        between = config.tau * online[name] + (1 - config.tau) * before[name]
+        torch.testing.assert_close(agent.target.get_parameter(name), between, msg=name)
+
+
 def test_switch_drops_a_useless_controller() -> None:
     agent = make_agent(Useless())
     train(agent, 3000)
@@ -119,7 +158,7 @@ def test_the_greedy_switch_takes_the_larger_q() -> None:
     seen = set()
     for bias in (-1.0, 1.0):
         with torch.no_grad():
-            agent.networks.switch.advantage.bias.copy_(torch.tensor([bias, -bias]))
+            agent.networks.switch.out.bias.copy_(torch.tensor([0.0, bias, -bias]))
         decision = agent.decide(rng.normal(size=3).astype(np.float32))
         assert decision.q_policy is not None
         assert decision.q_controller is not None
