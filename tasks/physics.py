@@ -126,9 +126,10 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         self._note_crash()
 
     def _note_crash(self) -> None:
-        if not self._crashed:
-            is_crash = self._is_crash
-            self._crashed = any(is_crash[first][second] for first, second in self.data.ptr.contact.geom.tolist())
+        is_crash = self._is_crash
+        for first, second in self.data.ptr.contact.geom.tolist():
+            if is_crash[first][second]:
+                self._crashed = True
 
     def render(self, height: int = 240, width: int = 320, camera_id: str = "chase") -> Picture:
         """A picture of the scene, uint8 (height, width, 3); tasks.rendering keeps a renderer for many."""
