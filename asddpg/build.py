@@ -38,8 +38,19 @@ def action_bounds(environment: gymnasium.Env) -> tuple[Action, Action]:
 
 
 def controller_for(environment: gymnasium.Env, config: ControllerConfig) -> Controller:
-    """The controller for an environment's actions."""
-    return make_controller(config.type, config.gains, *action_bounds(environment))
+    """The controller for an environment's actions.
+
+    Raises:
+        UserError: there is none of that name, or it does not give actions of that space.
+    """
+    low, high = action_bounds(environment)
+    controller = make_controller(config.type, config.gains, low, high)
+    assert environment.observation_space.shape is not None
+    action = controller.act(np.zeros(environment.observation_space.shape, dtype=np.float32))
+    if np.shape(action) != low.shape or not np.all((action >= low) & (action <= high)):
+        bounds = f"within {low.tolist()} and {high.tolist()}"
+        raise UserError(f"the controller {config.type!r} must give {len(low)} numbers {bounds}, not {action}")
+    return controller
 
 
 def make_agent(config: TrainConfig, environment: gymnasium.Env) -> AsDDPG:
@@ -52,6 +63,7 @@ def make_agent(config: TrainConfig, environment: gymnasium.Env) -> AsDDPG:
         observation_size, scan_shape, low.tolist(), high.tolist(), config.network.widths, config.network.layer_norm
     )
     learning, exploration = config.agent, config.exploration
+    controller = controller_for(environment, config.controller)
     return AsDDPG(
         networks=_initial_networks(shape, learning.assisted, stream(config.seed, "weights")),
         shape=shape,
@@ -65,7 +77,7 @@ def make_agent(config: TrainConfig, environment: gymnasium.Env) -> AsDDPG:
             final_scale=exploration.final_scale,
             rng=stream(config.seed, "exploration"),
         ),
-        controller=controller_for(environment, config.controller) if learning.assisted else None,
+        controller=controller if learning.assisted else None,
         device=torch.device(config.device),
     )
 

@@ -3,6 +3,8 @@
 A baseline needs no run: `python -m asddpg.evaluate agent=controller task=nav_complex`.
 """
 
+import dataclasses
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -25,8 +27,8 @@ from asddpg.run_folder import RunFolder, open_run_folder, read_config, write_jso
 from asddpg.streams import stream
 from asddpg.train import hash_of, versions
 from tasks import ALL_TASKS
-from tasks.fresh_pairs import fresh_pairs
-from tasks.held_out import Pair, held_out_pairs
+from tasks.fresh_pairs import fresh_pairs, stored_pairs
+from tasks.held_out import Pair
 
 
 def main(words: Sequence[str]) -> None:
@@ -99,6 +101,8 @@ def _drive(
     config: EvaluateConfig, trained: TrainConfig, environment: gymnasium.Env, driver: FixedDriver, what: str, path: Path
 ) -> None:
     pairs, pairs_name = _pairs(config, trained.task.name, trained.task.goal_radius)
+    if not os.access(path.parent, os.W_OK):
+        raise UserError(f"{path} cannot be written: the folder is not writable")
     bar = EpisodeBar(len(pairs))
     figures = evaluate(environment, driver, pairs, trained.task.control_timestep, (bar,))
     bar.close()
@@ -111,7 +115,7 @@ def _drive(
         "set": pairs_name,
         **figures.as_dict(),
     }
-    content |= {"controller_gains": list(config.controller.gains)} if config.agent == "controller" else {}
+    content |= {"controller": dataclasses.asdict(config.controller)} if config.agent == "controller" else {}
     write_json(path, content | versions() | {"model_hash": hash_of(environment)})
     print(f"written to {path}")
 
@@ -122,7 +126,7 @@ def _pairs(config: EvaluateConfig, task_name: str, goal_radius: float) -> tuple[
         return fresh_pairs(
             task_name, rng, config.episodes, goal_radius
         ), f"{config.episodes} fresh pairs, seed {config.seed}"
-    stored = held_out_pairs(task_name, "test")
+    stored = stored_pairs(task_name, "test", goal_radius)
     if config.episodes > len(stored):
         raise UserError(f"the stored test set has {len(stored)} pairs, not {config.episodes}; seed= draws fresh ones")
     return stored[: config.episodes], f"{config.episodes} stored test pairs"

@@ -1,7 +1,9 @@
 """How a program of this package begins and ends."""
 
+import os
 import sys
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 from dm_control.rl.control import PhysicsError
 
@@ -9,14 +11,23 @@ from asddpg.errors import UserError
 from tasks.errors import TaskError
 
 
+def python() -> str:
+    """How the user calls this Python: by its path below the present folder, as in .venv, or by name."""
+    path = Path(sys.executable)
+    return str(path.relative_to(Path.cwd())) if path.is_relative_to(Path.cwd()) else "python"
+
+
 def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
     """Run `main` on the command line's words; a user's mistake is one sentence and exit status 2."""
     words = sys.argv[1:]
     if any(word in ("-h", "--help") for word in words):
-        print(usage)
-        return
+        main, words = (lambda _: print(usage)), []
     try:
         main(words)
+        sys.stdout.flush()
+    except BrokenPipeError:  # whoever read along, such as head, has seen enough
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(1)
     except (UserError, TaskError) as error:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(2)

@@ -4,6 +4,7 @@ import csv
 import dataclasses
 import platform
 import resource
+import sys
 import time
 from collections.abc import Sequence
 from importlib import metadata
@@ -21,10 +22,10 @@ from asddpg.evaluation import Figures, evaluate, table
 from asddpg.loop import run_episode
 from asddpg.observers.metrics_log import MetricsLog
 from asddpg.observers.progress import ProgressBar
-from asddpg.program import run
+from asddpg.program import python, run
 from asddpg.run_folder import RunFolder, new_run_folder, write_config, write_json
 from asddpg.streams import stream
-from tasks.held_out import held_out_pairs
+from tasks.fresh_pairs import stored_pairs
 from tasks.scenes import model_hash
 
 PACKAGES = ("asddpg", "mujoco", "dm-control", "torch", "numpy", "gymnasium")
@@ -38,12 +39,16 @@ def main(words: Sequence[str]) -> None:
     prepare_torch()
     environment = make_environment(config.task, config.reward)
     agent = make_agent(config, environment)
-    folder.create()
     made_with = versions() | {"model_hash": hash_of(environment)}
+    folder.create()
     write_config(folder, dataclasses.asdict(config), made_with)
     print(f"training {config.agent.name} on {config.task.name}, {config.total_steps} steps, in {folder.path}")
     begun = time.perf_counter()
-    Training(config, folder, environment, agent).run()
+    try:
+        Training(config, folder, environment, agent).run()
+    except KeyboardInterrupt:
+        print(f"the run so far, with its last checkpoint, lies in {folder.path}", file=sys.stderr)
+        raise
     seconds = time.perf_counter() - begun
     if config.test_episodes:
         tested = test(config, folder, environment, agent)
@@ -53,7 +58,7 @@ def main(words: Sequence[str]) -> None:
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # kB on Linux
     write_json(folder.resources, {"training_seconds": round(seconds, 1), "peak_memory_mb": round(peak, 1)})
     print(f"{config.total_steps / seconds:.0f} steps/s, peak memory {peak:.0f} MB")
-    print(f"the run lies in {folder.path}; evaluate it: python -m asddpg.evaluate run={folder.path}")
+    print(f"the run lies in {folder.path}; evaluate it: {python()} -m asddpg.evaluate run={folder.path}")
 
 
 class Training:
@@ -96,7 +101,7 @@ class Training:
 
     def _validate(self, steps: int) -> None:
         config = self._config
-        pairs = held_out_pairs(config.task.name, "validation")[: config.validation.episodes]
+        pairs = stored_pairs(config.task.name, "validation", config.task.goal_radius)[: config.validation.episodes]
         figures = evaluate(self._validation_environment, actor_alone(self._agent), pairs, config.task.control_timestep)
         reach, crash, metric = (figures.reach_rate.value, figures.crash_rate.value, figures.metric.value)
         assert reach is not None
@@ -125,7 +130,7 @@ class Training:
 
 def test(config: TrainConfig, folder: RunFolder, environment: gymnasium.Env, agent: AsDDPG) -> dict[str, Figures]:
     """Figures of the actor alone on the stored test set, for the checkpoints last and best."""
-    pairs = held_out_pairs(config.task.name, "test")[: config.test_episodes]
+    pairs = stored_pairs(config.task.name, "test", config.task.goal_radius)[: config.test_episodes]
     figures = {}
     for name in ("last", "best"):
         checkpoint.load(folder.checkpoint(name), agent)

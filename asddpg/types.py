@@ -89,7 +89,7 @@ class Observer(Protocol):
 class Episode:
     """An episode in figures."""
 
-    outcome: str  # reached, crashed, timeout, cut
+    outcome: str  # as info names it: reached, crashed, timeout; else ended, timeout, or cut for one broken off
     steps: int
     total_reward: float
     controller_steps: int

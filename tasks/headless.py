@@ -1,20 +1,34 @@
-"""Imports mujoco and dm_control without letting them look for a graphics library.
+"""Imports mujoco and dm_control where there is no screen and perhaps no graphics library.
 
-Both load one at import: with MUJOCO_GL set to a library that is missing the import fails, with none set dm_control
-tries a screen first and warns. Pictures have their own loader here (rendering.py), so this module, imported before any
-other of the package, hides the variable for the moment of the import.
+Both look for one at import. mujoco fails where MUJOCO_GL names one that is missing, dm_control tries a screen first and
+warns. Pictures of the tasks have their own loader (rendering.py) and training draws none, so mujoco is imported without
+graphics where it fails with them, and dm_control always. mujoco.Renderer goes on working as MUJOCO_GL has it.
 """
 
+import contextlib
 import os
+from collections.abc import Iterator
 
-_asked_for = os.environ.pop("MUJOCO_GL", None)
-os.environ["MUJOCO_GL"] = "disable"
+
+@contextlib.contextmanager
+def _no_graphics() -> Iterator[None]:
+    asked_for = os.environ.get("MUJOCO_GL")
+    os.environ["MUJOCO_GL"] = "disable"
+    try:
+        yield
+    finally:
+        del os.environ["MUJOCO_GL"]
+        if asked_for is not None:
+            os.environ["MUJOCO_GL"] = asked_for
+
+
 try:
-    import dm_control.mujoco
     import mujoco
-finally:
-    del os.environ["MUJOCO_GL"]
-    if _asked_for is not None:
-        os.environ["MUJOCO_GL"] = _asked_for
+except (ImportError, AttributeError, RuntimeError):  # what PyOpenGL raises for a missing library
+    with _no_graphics():
+        import mujoco
+
+with _no_graphics():
+    import dm_control.mujoco
 
 __all__ = ["dm_control", "mujoco"]

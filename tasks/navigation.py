@@ -1,4 +1,4 @@
-"""Drive to a goal without touching anything: the task of the paper, for any room."""
+"""Drive to a goal without touching anything: the task of the paper."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

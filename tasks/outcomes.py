@@ -4,10 +4,9 @@ from enum import StrEnum
 
 
 class Outcome(StrEnum):
-    """`running`, one of the three ends, or `cut` for an episode stopped from outside."""
+    """`running`, or one of the three ends."""
 
     RUNNING = "running"
     REACHED = "reached"
     CRASHED = "crashed"
     TIMEOUT = "timeout"
-    CUT = "cut"

@@ -93,6 +93,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
 
     def set_pose(self, pose: Pose) -> None:
         """Put the base on the floor at `pose`, at rest."""
+        self.data.ptr.qvel[:] = 0.0
         start = self._base_qpos
         half_yaw = 0.5 * pose.yaw
         self.data.ptr.qpos[start : start + 7] = [pose.x, pose.y, 0.0, math.cos(half_yaw), 0.0, 0.0, math.sin(half_yaw)]
@@ -131,8 +132,12 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
             if is_crash[first][second]:
                 self._crashed = True
 
-    def render(self, height: int = 240, width: int = 320, camera_id: str = "chase") -> Picture:
-        """A picture of the scene, uint8 (height, width, 3); tasks.rendering keeps a renderer for many."""
+    def render(self, height: int = 240, width: int = 320, camera_id: str | int = "chase") -> Picture:
+        """A picture of the scene, uint8 (height, width, 3), by a camera's name or number, −1 the overall view.
+
+        dm_control's own would open a screen first; of its arguments these are kept. For many pictures keep an
+        OffscreenRenderer (tasks.rendering), which also takes an mujoco.MjData; depth is mujoco.Renderer's.
+        """
         renderer = OffscreenRenderer(self.model.ptr, width, height)
         try:
             return renderer.render(self.data.ptr, camera_id)

@@ -4,6 +4,7 @@ The graphics library is loaded with the first picture: training that renders not
 """
 
 import atexit
+import functools
 import importlib
 import os
 import weakref
@@ -44,10 +45,15 @@ class OffscreenRenderer:
         self._mjr = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._mjr)
         # Registered after the library's own exit handler and so run before it: a context freed later raises.
-        atexit.register(_close_if_alive, weakref.ref(self))
+        self._at_exit = functools.partial(_close_if_alive, weakref.ref(self))
+        atexit.register(self._at_exit)
 
-    def render(self, data: mujoco.MjData, camera: str) -> Picture:
-        """The scene as that camera sees it, or `free` as the model's own overall view does.
+    def render(self, data: mujoco.MjData, camera: str | int) -> Picture:
+        """The scene as a camera sees it.
+
+        Args:
+            data: state of the scene.
+            camera: name or number of a camera; `free` or −1 is the model's own overall view.
 
         Returns:
             uint8 (height, width, 3), first row on top.
@@ -61,15 +67,15 @@ class OffscreenRenderer:
         mujoco.mjr_readPixels(picture, None, self._rect, self._mjr)
         return picture[::-1].copy()
 
-    def _view(self, camera: str) -> mujoco.MjvCamera:
+    def _view(self, camera: str | int) -> mujoco.MjvCamera:
         names = [self._model.camera(index).name for index in range(self._model.ncam)]
         view = mujoco.MjvCamera()
-        if camera == FREE:
+        if camera in (FREE, -1):
             mujoco.mjv_defaultFreeCamera(self._model, view)
             view.distance *= 0.8  # MuJoCo leaves a wide margin
-        elif camera in names:
+        elif camera in names or camera in range(len(names)):
             view.type = mujoco.mjtCamera.mjCAMERA_FIXED
-            view.fixedcamid = names.index(camera)
+            view.fixedcamid = names.index(camera) if isinstance(camera, str) else camera
         else:
             raise TaskError(f"there is no camera {camera!r}; there are {', '.join([*names, FREE])}")
         return view
@@ -81,6 +87,7 @@ class OffscreenRenderer:
             self._mjr.free()
             self._context.free()
             self._context = None
+            atexit.unregister(self._at_exit)
 
 
 def _open_context(width: int, height: int) -> Any:

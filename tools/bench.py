@@ -11,7 +11,6 @@ and with denormal numbers flushed to zero, which this project does and the libra
 front for actor and critic, which is not its default.
 """
 
-import sys
 import time
 from collections.abc import Callable
 from typing import Any
@@ -25,10 +24,11 @@ import tasks
 from asddpg.build import make_agent, make_environment, prepare_torch
 from asddpg.compose import train_config
 from asddpg.config import TrainConfig
+from asddpg.errors import UserError
 from asddpg.loop import run_episode
 from asddpg.networks import Features
 from asddpg.program import run
-from tasks.constants import TRACK, WHEEL_RADIUS
+from tasks.constants import CONTROL_TIMESTEP, TRACK, WHEEL_RADIUS
 
 ROUNDS = 25
 
@@ -38,7 +38,7 @@ def environment() -> None:
     env = gymnasium.make(tasks.gymnasium_id("nav_complex"))
     env.reset(seed=0)
     physics = env.get_wrapper_attr("physics")
-    substeps = round(0.2 / physics.timestep())
+    substeps = round(CONTROL_TIMESTEP / physics.timestep())
     rng = np.random.default_rng(0)
     commands = rng.uniform([0.0, -1.0], [0.5, 1.0], (200, 2))
     ratios, ours, raws = [], [], []
@@ -144,17 +144,19 @@ def _stable_baselines(config: TrainConfig, share_convolutions: bool) -> Callable
     from stable_baselines3 import DDPG
     from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 
+    env = make_environment(config.task, config.reward)
+    scan_shape = env.get_wrapper_attr("scan_shape")
+
     class Extractor(BaseFeaturesExtractor):
         def __init__(self, space: gymnasium.spaces.Box) -> None:
             super().__init__(space, 1)
-            self.features = Features(space.shape[0], (config.task.num_scans, 40))
+            self.features = Features(space.shape[0], scan_shape)
             self._features_dim = self.features.size
 
         def forward(self, observation: torch.Tensor) -> torch.Tensor:
             found: torch.Tensor = self.features(observation)
             return found
 
-    env = make_environment(config.task, config.reward)
     model = DDPG(
         "MlpPolicy",
         env,
@@ -182,7 +184,7 @@ def main(words: Any) -> None:
     parts: dict[str, Callable[[], None]] = {"environment": environment, "training": training}
     for name in words or parts:
         if name not in parts:
-            sys.exit(f"error: there is no benchmark {name!r}; there are {', '.join(parts)}")
+            raise UserError(f"there is no benchmark {name!r}; there are {', '.join(parts)}")
         print(f"== {name}")
         parts[name]()
 

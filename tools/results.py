@@ -16,6 +16,7 @@ from pathlib import Path
 
 import numpy as np
 
+from asddpg.errors import UserError
 from asddpg.intervals import mean
 from asddpg.program import run
 
@@ -126,7 +127,7 @@ def main(words: Sequence[str]) -> None:
     """Train and report."""
     unknown = [word for word in words if word not in GROUPS]
     if unknown:
-        sys.exit(f"error: there is no group {unknown[0]!r}; there are {', '.join(GROUPS)}")
+        raise UserError(f"there is no group {unknown[0]!r}; there are {', '.join(GROUPS)}")
     names = list(words) or list(GROUPS)
     FOLDER.mkdir(parents=True, exist_ok=True)
     jobs = [(name, seed) for name in names for seed in GROUPS[name].seeds]

@@ -6,12 +6,14 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 import torch
 import yaml
 
 from asddpg import evaluate, train
 from asddpg.errors import UserError
+from asddpg.types import Action, Observation
 from tasks.errors import TaskError
 
 SMALL = ["task=nav_empty", "total_steps=400", "agent.learning_starts=100", "network=fc2x100", "test_episodes=2"]
@@ -47,6 +49,38 @@ def test_a_run_folder_explains_itself(finished_run: Path) -> None:
     assert set(tested) >= {"last", "best", "model_hash", "driver"}
     for figure in ("reach_rate", "crash_rate", "timeout_rate", "metric", "mean_time", "spl"):
         assert len(tested["last"][figure]["ci95"]) == 2
+
+
+def test_best_is_where_validation_was_best(finished_run: Path) -> None:
+    rows = read_rows(finished_run / "validation.csv")
+    best = max(rows, key=lambda row: (float(row["reach_rate"]), float(row["metric"])))
+    kept = {name: torch.load(finished_run / f"checkpoints/{name}/agent.pt") for name in ("last", "best")}
+    assert kept["last"]["step"] == 400
+    # A validation is written at the end of the episode in which it falls due.
+    assert kept["best"]["step"] == int(best["step"])
+
+
+class NoNumber:
+    """A controller that gives what no robot can do."""
+
+    def __init__(self, **_: object) -> None:
+        """Nothing to set."""
+
+    def act(self, observation: Observation) -> Action:
+        return np.full(2, np.nan, dtype=np.float32)
+
+
+@pytest.mark.parametrize("agent", ["asddpg", "ddpg"])
+@pytest.mark.parametrize(
+    ("kind", "sentence"), [("nowhere:No", "package.module"), (f"{__name__}:NoNumber", "2 numbers")]
+)
+def test_a_controller_is_tried_before_anything_is_made(
+    agent: str, kind: str, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UserError, match=sentence):
+        train.main([f"agent={agent}", f"controller.type={kind}"])
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("driver", ["actor", "switch"])
