@@ -15,17 +15,17 @@ from asddpg.networks import Networks, NetworkShape
 from asddpg.replay import ReplayBuffer
 from asddpg.streams import stream
 from asddpg.types import Action
-from tasks import NavigationConfig, Reward, gymnasium_id
+from tasks import LaserConfig, NavigationConfig, Reward, gymnasium_id
 
 
 def make_environment(task: TaskConfig, reward: RewardConfig) -> gymnasium.Env:
     """The task as a Gymnasium environment, actions in m/s and rad/s."""
     constants = dataclasses.asdict(task)
-    name, num_scans = constants.pop("name"), constants.pop("num_scans")
+    name, num_scans, laser = (constants.pop(key) for key in ("name", "num_scans", "laser"))
     return gymnasium.make(
         gymnasium_id(name),
         reward=Reward(**dataclasses.asdict(reward)),
-        config=NavigationConfig(**constants),
+        config=NavigationConfig(**constants, laser=LaserConfig(**laser)),
         num_scans=num_scans,
     )
 

@@ -9,6 +9,20 @@ from asddpg.errors import UserError
 
 
 @dataclass
+class LaserConfig:
+    """What the laser does; by default it is perfect."""
+
+    # Beams over 240 degrees; the paper's code keeps 40, the real one has 682.
+    num_beams: int = 40
+    # Scale of the noise on every range; 1 is a real URG-04LX's, 0 none.
+    noise: float = 0.0
+    # Probability that a beam returns nothing; it then reads the maximum range.
+    dropout: float = 0.0
+    # Seconds from the instant a scan is of to the end of the control step that returns it.
+    latency: float = 0.0
+
+
+@dataclass
 class TaskConfig:
     """The room and the constants of the task."""
 
@@ -26,6 +40,7 @@ class TaskConfig:
     max_angular_velocity: float = 1.0471975511965976
     # Scans stacked in the observation.
     num_scans: int = 3
+    laser: LaserConfig = field(default_factory=LaserConfig)
 
 
 @dataclass
@@ -200,9 +215,13 @@ RULES: dict[str, Rule] = {
     "task.control_timestep": (_multiple_of_physics_step, "from 0.01 to 2 s and a multiple of the physics step, 5 ms"),
     "task.goal_radius": (lambda value: 0.1 <= value <= 2, "from 0.1 to 2 m"),
     "task.time_limit_steps": _POSITIVE,
-    "task.max_linear_velocity": (lambda value: 0 < value <= 1.2, "above 0 and up to the robot's 1.2 m/s"),
-    "task.max_angular_velocity": (lambda value: 0 < value <= 5.24, "above 0 and up to the robot's 5.24 rad/s"),
+    "task.max_linear_velocity": (lambda value: 0 < value <= 1.19, "above 0 and up to the robot's 1.19 m/s"),
+    "task.max_angular_velocity": (lambda value: 0 < value <= 5.23, "above 0 and up to the robot's 5.23 rad/s"),
     "task.num_scans": (lambda value: 1 <= value <= 100, "from 1 to 100"),
+    "task.laser.num_beams": (lambda value: 12 <= value <= 2000, "from 12 to 2000"),
+    "task.laser.noise": _NOT_NEGATIVE,
+    "task.laser.dropout": _SHARE,
+    "task.laser.latency": (lambda value: 0 <= value <= 2, "from 0 to 2 s"),
     "reward.progress": _NOT_NEGATIVE,
     "reward.time_penalty": _NOT_NEGATIVE,
     "reward.reach": _NOT_NEGATIVE,

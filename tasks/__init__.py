@@ -2,10 +2,11 @@
 
 from tasks import headless  # noqa: F401  # first: before anything imports mujoco
 from tasks.gymnasium_adapter import gymnasium_id, register
+from tasks.laser import LaserConfig
 from tasks.navigation import NavigationConfig
 from tasks.registry import ALL_TASKS, load
 from tasks.rewards import Reward
 
-__all__ = ["ALL_TASKS", "NavigationConfig", "Reward", "gymnasium_id", "load"]
+__all__ = ["ALL_TASKS", "LaserConfig", "NavigationConfig", "Reward", "gymnasium_id", "load"]
 
 register()

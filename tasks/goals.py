@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from tasks.errors import TaskError
 from tasks.obstacles import Obstacles
 from tasks.physics import FloatArray
 
@@ -38,4 +39,4 @@ def draw_goal(rng: np.random.Generator, obstacles: Obstacles, held_out: FloatArr
         near_held_out = len(held_out) and np.min(np.sum((held_out - goal) ** 2, axis=1)) <= HELD_OUT_MARGIN**2
         if not near_held_out and is_allowed(goal, obstacles):
             return goal
-    raise RuntimeError(f"no goal found in {_MAX_DRAWS} draws: the room leaves no free place for one")
+    raise TaskError(f"{_MAX_DRAWS} draws found no goal: the room leaves no free place for one by the paper's rule")

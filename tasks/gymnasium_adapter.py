@@ -23,7 +23,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
     `gymnasium.make` puts `PhysicalActions` around it, whose Box is in m/s and rad/s.
 
     `info` holds at every step `pose` (x, y, yaw; m, rad), `distance` to the goal (m), `reward_terms` by name,
-    `dense_reward` (what γ_p may scale), and at the end `outcome`.
+    `dense_reward` (what γ_p may scale), `pushed` (movable things touched in the step), and at the end `outcome`.
     """
 
     metadata = {  # noqa: RUF012
@@ -100,6 +100,8 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         """
         super().reset(seed=seed)
         self._task.rng = self.np_random
+        if seed is not None or not self._begun:
+            self._task.laser.rng = self.np_random.spawn(1)[0]
         if options:
             self._take_options(options)
         time_step = self._env.reset()
@@ -111,10 +113,10 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
             rest = dict(options)
             goal_x, goal_y = (float(value) for value in rest.pop("goal"))
             x, y, yaw = (float(value) for value in rest.pop("start", (0.0, 0.0, 0.0)))
-            if rest or not np.all(np.isfinite([goal_x, goal_y, x, y, yaw])):
+            if rest or not np.all(np.abs([goal_x, goal_y, x, y, yaw]) < GOAL_BOUND / 2):
                 raise ValueError
         except (KeyError, TypeError, ValueError) as error:
-            wanted = "goal (x, y) and, if not at the origin, start (x, y, yaw), all finite"
+            wanted = "goal (x, y) and, if not at the origin, start (x, y, yaw), all below {GOAL_BOUND / 2:g}"
             raise TaskError(f"reset options are {wanted}, not {options}") from error
         self._task.set_next_pair(Pose(x, y, yaw), (goal_x, goal_y))
 
@@ -139,6 +141,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         info = {
             "pose": self._physics.pose(),
             "distance": self._physics.goal_distance(),
+            "pushed": self._physics.num_pushed(),
             "reward_terms": terms,
             "dense_reward": dense_part(terms) if terms else 0.0,
         }

@@ -1,16 +1,18 @@
 """Drive to a goal without touching anything: the task of the paper."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import dm_env
 import numpy as np
 from dm_control.rl import control
 from dm_env import specs
 
-from tasks import constants, goals
-from tasks.obstacles import Obstacles
+from tasks import constants
+from tasks.errors import TaskError
+from tasks.laser import Laser, LaserConfig
 from tasks.outcomes import Outcome
+from tasks.pair_rules import PairRule
 from tasks.physics import FloatArray, Physics, Pose
 from tasks.rewards import Reward
 
@@ -33,6 +35,21 @@ class NavigationConfig:
     max_linear_velocity: float = constants.MAX_LINEAR_VELOCITY
     # rad/s, the largest turn rate commanded, either way.
     max_angular_velocity: float = constants.MAX_ANGULAR_VELOCITY
+    # What the laser does.
+    laser: LaserConfig = field(default_factory=LaserConfig)
+
+    def __post_init__(self) -> None:
+        """TaskError where a value is out of range."""
+        for name in ("control_timestep", "goal_radius", "time_limit_steps"):
+            if not 0.0 < getattr(self, name) < np.inf:
+                raise TaskError(f"{name} must be greater than 0, not {getattr(self, name)}")
+        limits = (
+            ("max_linear_velocity", constants.WHEEL_SPEED_LIMIT * constants.WHEEL_RADIUS),
+            ("max_angular_velocity", constants.TURN_RATE_LIMIT),
+        )
+        for name, limit in limits:
+            if not 0.0 < getattr(self, name) <= limit + 1e-9:
+                raise TaskError(f"{name} must be above 0 and up to the robot's {limit:.4g}, not {getattr(self, name)}")
 
 
 class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
@@ -42,7 +59,12 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
     """
 
     def __init__(
-        self, config: NavigationConfig, reward: Reward, rng: np.random.Generator, held_out: FloatArray
+        self,
+        config: NavigationConfig,
+        reward: Reward,
+        rng: np.random.Generator,
+        held_out: FloatArray,
+        rule: PairRule,
     ) -> None:
         """Make the task.
 
@@ -51,12 +73,15 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
             reward: what a step earns.
             rng: where starts and goals are drawn from.
             held_out: (n, 2) metres, goals of the stored evaluation sets, which no drawn goal comes near.
+            rule: how starts and goals are drawn.
         """
         self.config = config
         self.reward = reward
         self.rng = rng
+        # A stream of its own: noise on the scans changes no start and no goal.
+        self.laser = Laser(config.laser, config.control_timestep, rng.spawn(1)[0])
         self._held_out = held_out
-        self._obstacles: Obstacles | None = None
+        self._rule = rule
         self._next_pair: tuple[Pose, tuple[float, float]] | None = None
         self._reset_episode(np.inf)
 
@@ -74,17 +99,12 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
 
     def initialize_episode(self, physics: Physics) -> None:
         """Put robot and goal in their places."""
-        start, goal = self._next_pair or self._draw_pair(physics)
+        start, goal = self._next_pair or self._rule.draw(self.rng, self._held_out)
         self._next_pair = None
         physics.set_pose(start)
         physics.set_goal(*goal)
+        self.laser.begin_episode(physics)
         self._reset_episode(physics.goal_distance())
-
-    def _draw_pair(self, physics: Physics) -> tuple[Pose, tuple[float, float]]:
-        if self._obstacles is None:
-            self._obstacles = Obstacles.from_model(physics.model.ptr)
-        x, y = goals.draw_goal(self.rng, self._obstacles, self._held_out).tolist()
-        return Pose(0.0, 0.0, 0.0), (x, y)
 
     # Step ---------------------------------------------------------------------------------------------------------
 
@@ -129,7 +149,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
     def get_observation(self, physics: Physics) -> dict[str, FloatArray]:
         """Scan (num_beams,) m, velocity (2,) m/s and rad/s, goal in the robot frame (2,) m; all float64."""
         return {
-            "ranges": physics.ranges(),
+            "ranges": self.laser.ranges(physics),
             "velocity": np.array(physics.velocity()),
             "goal": np.array(physics.goal_in_robot_frame()),
         }

@@ -1,6 +1,7 @@
 """The one place that knows MuJoCo's indices: named readings of a scene, in SI units, as copies."""
 
 import math
+from itertools import pairwise
 from typing import NamedTuple
 
 import mujoco
@@ -8,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from dm_control import mujoco as dm_mujoco
 
-from tasks.constants import MAX_RANGE, MIN_RANGE, TRACK, WHEEL_RADIUS
+from tasks.constants import MAX_RANGE, MAX_SONAR_RANGE, MIN_RANGE, MIN_SONAR_RANGE, TRACK, TURN_RATE_LIMIT, WHEEL_RADIUS
+from tasks.errors import TaskError
 from tasks.rendering import OffscreenRenderer, Picture
 
 FloatArray = npt.NDArray[np.float64]
@@ -17,6 +19,7 @@ MOVABLE_GROUP = 1  # geom group of class `movable` in models/mjcf/rooms/common.x
 # Physics steps between two looks at the contacts: 25 ms at 5 ms a step. A graze shorter than the control step counts.
 STEPS_BETWEEN_CONTACT_CHECKS = 5
 _SENSORS_OFF = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+_NOTHING, _CRASH, _PUSH = 0, 1, 2  # what a contact of two geoms means
 
 
 class Pose(NamedTuple):
@@ -51,15 +54,26 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         self._base_qpos = int(model.jnt_qposadr[joint])
         self._base_qvel = int(model.jnt_dofadr[joint])
         self._wheels = [self._id(mujoco.mjtObj.mjOBJ_ACTUATOR, f"{side}_wheel") for side in ("left", "right")]
-        self._ranges = self._range_slice()
+        self._wheel_dofs = [int(model.joint(f"{side}_wheel").dofadr[0]) for side in ("left", "right")]
+        self._robot_bodies = set(np.flatnonzero(np.asarray(model.body_rootid) == self._base_body).tolist())
+        self._sensors = self._sensor_slices()
+        self._ranges, self._sonar_ranges = self._ring("range_"), self._ring("sonar_")
+        if not self.num_beams:
+            raise ValueError("the scene lacks rangefinder sensors range_00, range_01, …")
         robot = np.asarray(model.body_rootid)[model.geom_bodyid] == self._base_body
-        harmless = np.asarray(model.geom_group) == MOVABLE_GROUP
-        harmless[self._id(geom, "floor")] = True
-        obstacle = ~robot & ~harmless
-        pairs = np.outer(robot, obstacle)
+        movable = np.asarray(model.geom_group) == MOVABLE_GROUP
+        obstacle = ~robot & ~movable
+        obstacle[self._id(geom, "floor")] = False
+        meaning = _CRASH * np.outer(robot, obstacle) + _PUSH * np.outer(robot, movable & ~robot)
         # Nested lists, not an array: looking up three or four pairs is several times faster in plain Python.
-        self._is_crash: list[list[bool]] = (pairs | pairs.T).tolist()
+        self._meaning: list[list[int]] = (meaning + meaning.T).tolist()
+        self._body_of: list[int] = model.geom_bodyid.tolist()
         self._crashed = False
+        self._pushed: set[int] = set()
+        self._still: mujoco.MjData | None = None
+        # Seconds from the instant of a step's scan to the step's end; a laser with latency sets it.
+        self.scan_delay = 0.0
+        self._delayed: FloatArray | None = None
 
     def _id(self, kind: mujoco.mjtObj, name: str) -> int:
         index: int = mujoco.mj_name2id(self.model.ptr, kind, name)
@@ -67,15 +81,19 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
             raise ValueError(f"the scene lacks the {kind.name[6:].lower()} {name!r} that every robot scene must have")
         return index
 
-    def _range_slice(self) -> slice:
+    def _sensor_slices(self) -> dict[str, slice]:
         model = self.model.ptr
-        beams = np.flatnonzero(np.asarray(model.sensor_type) == mujoco.mjtSensor.mjSENS_RANGEFINDER)
-        if not len(beams):
-            raise ValueError("the scene lacks rangefinder sensors range_00, range_01, …")
-        addresses = np.asarray(model.sensor_adr)[beams]
-        if np.any(np.diff(addresses) != 1):
-            raise ValueError("the scene's rangefinders must stand one after the other")
-        return slice(int(addresses[0]), int(addresses[-1]) + 1)
+        begins, sizes = model.sensor_adr.tolist(), model.sensor_dim.tolist()
+        return {
+            model.sensor(index).name: slice(begin, begin + size)
+            for index, (begin, size) in enumerate(zip(begins, sizes, strict=True))
+        }
+
+    def _ring(self, prefix: str) -> slice:
+        beams = [part for name, part in self._sensors.items() if name.startswith(prefix)]
+        if any(before.stop != after.start for before, after in pairwise(beams)):
+            raise ValueError(f"the scene's rangefinders {prefix}00, {prefix}01, … must stand one after the other")
+        return slice(beams[0].start, beams[-1].stop) if beams else slice(0, 0)
 
     @property
     def num_beams(self) -> int:
@@ -85,14 +103,19 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
     # Commands -----------------------------------------------------------------------------------------------------
 
     def set_velocity_command(self, linear: float, angular: float) -> None:
-        """Command the wheels' speeds for a forward speed (m/s) and a turn rate (rad/s) of the base."""
-        half_turn = 0.5 * TRACK * angular
+        """Command the wheels' speeds for a forward speed (m/s) and a turn rate (rad/s) of the base.
+
+        The turn rate is cut at the robot's limit here, a wheel's speed at its limit by the actuator.
+        """
+        half_turn = 0.5 * TRACK * min(max(angular, -TURN_RATE_LIMIT), TURN_RATE_LIMIT)
         ctrl = self.data.ptr.ctrl
         ctrl[self._wheels[0]] = (linear - half_turn) / WHEEL_RADIUS
         ctrl[self._wheels[1]] = (linear + half_turn) / WHEEL_RADIUS
 
     def set_pose(self, pose: Pose) -> None:
-        """Put the base on the floor at `pose`, at rest."""
+        """Put the base on the floor at `pose`, at rest and touching nothing yet."""
+        self._crashed, self._delayed = False, None
+        self._pushed.clear()
         self.data.ptr.qvel[:] = 0.0
         start = self._base_qpos
         half_yaw = 0.5 * pose.yaw
@@ -109,28 +132,44 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         model, data = self.model.ptr, self.data.ptr
         options = model.opt
         self._crashed = False
+        self._pushed.clear()
+        late = min(round(self.scan_delay / options.timestep), nstep)
         with self.check_invalid_state():
             flags = options.disableflags
             options.disableflags = flags | _SENSORS_OFF
             try:
-                # The last mj_step1 or mj_forward left positions and velocities ready: finish that step first.
-                mujoco.mj_step2(model, data)
-                done = 1
-                while done < nstep:
-                    chunk = min(STEPS_BETWEEN_CONTACT_CHECKS, nstep - done)
-                    mujoco.mj_step(model, data, chunk)
-                    self._note_crash()
-                    done += chunk
+                if late:
+                    self._advance(nstep - late)
+                    options.disableflags = flags
+                    mujoco.mj_step1(model, data)
+                    options.disableflags = flags | _SENSORS_OFF
+                    self._delayed = self.ranges()
+                self._advance(late or nstep)
             finally:
                 options.disableflags = flags
             mujoco.mj_step1(model, data)
-        self._note_crash()
+        self._note_contacts()
 
-    def _note_crash(self) -> None:
-        is_crash = self._is_crash
+    def _advance(self, nstep: int) -> None:
+        model, data = self.model.ptr, self.data.ptr
+        if nstep:
+            # The last mj_step1 or mj_forward left positions and velocities ready: finish that step first.
+            mujoco.mj_step2(model, data)
+        done = 1
+        while done < nstep:
+            chunk = min(STEPS_BETWEEN_CONTACT_CHECKS, nstep - done)
+            mujoco.mj_step(model, data, chunk)
+            self._note_contacts()
+            done += chunk
+
+    def _note_contacts(self) -> None:
+        meaning = self._meaning
         for first, second in self.data.ptr.contact.geom.tolist():
-            if is_crash[first][second]:
+            what = meaning[first][second]
+            if what == _CRASH:
                 self._crashed = True
+            elif what == _PUSH:
+                self._pushed |= {self._body_of[first], self._body_of[second]} - self._robot_bodies
 
     def render(self, height: int = 240, width: int = 320, camera_id: str | int = "chase") -> Picture:
         """A picture of the scene, uint8 (height, width, 3), by a camera's name or number, −1 the overall view.
@@ -151,9 +190,44 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
 
         A beam that meets nothing reads the maximum range.
         """
-        readings: FloatArray = self.data.ptr.sensordata[self._ranges].copy()
-        readings[readings < 0.0] = MAX_RANGE  # MuJoCo's "no hit"
-        return np.clip(readings, MIN_RANGE, MAX_RANGE, out=readings)
+        return self._rays(self._ranges, MIN_RANGE, MAX_RANGE)
+
+    def delayed_ranges(self) -> FloatArray:
+        """The same, `scan_delay` seconds before the end of the last step()."""
+        return self.ranges() if self._delayed is None or not self.scan_delay else self._delayed.copy()
+
+    def sonar_ranges(self) -> FloatArray:
+        """Distances along the sonars, from sonar_00 at the left front clockwise: float64 (num_sonars,), metres.
+
+        (0,) for a robot without sonars.
+        """
+        return self._rays(self._sonar_ranges, MIN_SONAR_RANGE, MAX_SONAR_RANGE)
+
+    def _rays(self, part: slice, low: float, high: float) -> FloatArray:
+        readings: FloatArray = self.data.ptr.sensordata[part].copy()
+        readings[readings < 0.0] = high  # MuJoCo's "no hit"
+        return np.clip(readings, low, high, out=readings)
+
+    def sensor(self, name: str) -> FloatArray:
+        """What a sensor of the scene reads in the present state, in the units of its kind: float64 (dim,).
+
+        Forces and accelerations (`accelerometer`, `bumper`) are worked out on a copy: reading changes no trajectory.
+
+        Raises:
+            TaskError: there is no sensor of that name.
+        """
+        if name not in self._sensors:
+            raise TaskError(f"there is no sensor {name!r}; there are {', '.join(self._sensors)}")
+        if self._still is None:
+            self._still = mujoco.MjData(self.model.ptr)
+        mujoco.mj_copyData(self._still, self.model.ptr, self.data.ptr)
+        mujoco.mj_forward(self.model.ptr, self._still)
+        reading: FloatArray = self._still.sensordata[self._sensors[name]].copy()
+        return reading
+
+    def wheel_speeds(self) -> FloatArray:
+        """Speeds of the left and the right wheel: float64 (2,), rad/s."""
+        return np.array([self.data.ptr.qvel[address] for address in self._wheel_dofs])
 
     def pose(self) -> Pose:
         """Pose of the base in the world frame."""
@@ -188,3 +262,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
     def crashed(self) -> bool:
         """Whether the robot touched anything but the floor and class `movable` during the last step()."""
         return self._crashed
+
+    def num_pushed(self) -> int:
+        """How many movable things the robot touched during the last step()."""
+        return len(self._pushed)

@@ -1,21 +1,47 @@
 """The tasks by name, and how to load one."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from functools import partial
 
+import mujoco
 import numpy as np
 from dm_control.rl import control
 
 from tasks.errors import TaskError
 from tasks.held_out import held_out_goals
 from tasks.navigation import Navigation, NavigationConfig
+from tasks.pair_rules import FreeSpaceRule, OriginRule, PairRule
 from tasks.physics import Physics
 from tasks.rewards import REWARDS, Reward
-from tasks.scenes import scene_path
+from tasks.scenes import TASK_CAMERAS, open_scene, scene_path
 
-# Task → its reward where none is asked for: sparse in the complex room, as in the paper (section V-C).
-DEFAULT_REWARDS: Mapping[str, str] = {"nav_empty": "dense", "nav_simple": "dense", "nav_complex": "sparse"}
 
-ALL_TASKS: tuple[str, ...] = tuple(DEFAULT_REWARDS)
+@dataclass(frozen=True)
+class TaskDefinition:
+    """What sets a task apart from the others; its scene goes by its name.
+
+    Attributes:
+        reward: name of its reward where none is asked for.
+        rule: makes the rule of its starts and goals from the compiled scene.
+    """
+
+    reward: str
+    rule: Callable[[mujoco.MjModel], PairRule]
+
+
+# Sparse in the complex room, as in the paper (section V-C), and in the rooms harder than that.
+# 8 m are 16 s at full speed, of the 40 s of an episode. 1.5 m keep the goal's circle off the start and still give, in
+# the gazebo room, ways round a single table; the office is large enough to ask for ways that mostly leave the room.
+DEFINITIONS: Mapping[str, TaskDefinition] = {
+    "nav_empty": TaskDefinition("dense", OriginRule),
+    "nav_simple": TaskDefinition("dense", OriginRule),
+    "nav_complex": TaskDefinition("sparse", OriginRule),
+    "nav_gazebo": TaskDefinition("sparse", partial(FreeSpaceRule, min_path=1.5, max_path=8.0)),
+    "nav_office": TaskDefinition("sparse", partial(FreeSpaceRule, min_path=3.0, max_path=8.0)),
+}
+
+ALL_TASKS: tuple[str, ...] = tuple(DEFINITIONS)
 
 
 def load(
@@ -33,26 +59,34 @@ def load(
         config: constants of the task; None takes the paper's.
 
     Raises:
-        TaskError: no such task or reward.
+        TaskError: no such task or reward, or its scene file is broken.
     """
-    default = default_reward(task_name)
+    definition = definition_of(task_name)
     config = config or NavigationConfig()
-    reward = reward or default
+    reward = reward or definition.reward
+    physics = open_scene(scene_path(task_name), TASK_CAMERAS, config.laser.num_beams)
     task = Navigation(
         config,
         named_reward(reward) if isinstance(reward, str) else reward,
         np.random.default_rng(random),
         held_out_goals(task_name),
+        _rule_of(definition, physics, task_name),
     )
-    physics = Physics.from_xml_path(str(scene_path(task_name)))
     return control.Environment(physics, task, control_timestep=config.control_timestep)
 
 
-def default_reward(task_name: str) -> str:
-    """Name of the reward a task takes where none is asked for; TaskError where there is no such task."""
-    if task_name not in DEFAULT_REWARDS:
+def _rule_of(definition: TaskDefinition, physics: Physics, task_name: str) -> PairRule:
+    try:
+        return definition.rule(physics.model.ptr)
+    except TaskError as error:
+        raise TaskError(f"the scene {scene_path(task_name)} gives no starts and goals: {error}") from error
+
+
+def definition_of(task_name: str) -> TaskDefinition:
+    """The task of that name; TaskError where there is none."""
+    if task_name not in DEFINITIONS:
         raise TaskError(f"there is no task {task_name!r}; there are {', '.join(ALL_TASKS)}")
-    return DEFAULT_REWARDS[task_name]
+    return DEFINITIONS[task_name]
 
 
 def named_reward(name: str) -> Reward:

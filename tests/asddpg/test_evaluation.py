@@ -1,5 +1,7 @@
 """The figures of an evaluation, on episodes whose figures are known."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from scipy import stats
@@ -12,7 +14,7 @@ from asddpg.types import Episode
 from tasks import ALL_TASKS, NavigationConfig
 from tasks.fresh_pairs import stored_pairs
 from tasks.held_out import held_out_pairs
-from tasks.registry import default_reward
+from tasks.registry import DEFINITIONS
 from tasks.rewards import REWARDS
 
 EPISODES = [
@@ -58,10 +60,10 @@ def test_another_goal_radius_shortens_the_shortest_paths() -> None:
 
 def test_the_configuration_repeats_the_tasks_own_constants() -> None:
     """The agent's side writes them down once more, since they are options of a run; they may not drift apart."""
-    task = vars(TaskConfig())
-    assert {name: task[name] for name in vars(NavigationConfig())} == vars(NavigationConfig())
+    task, own = dataclasses.asdict(TaskConfig()), dataclasses.asdict(NavigationConfig())
+    assert {name: task[name] for name in own} == own
     for name in ALL_TASKS:
-        assert vars(train_config([f"task={name}"]).reward) == vars(REWARDS[default_reward(name)])
+        assert vars(train_config([f"task={name}"]).reward) == vars(REWARDS[DEFINITIONS[name].reward])
     for name, reward in REWARDS.items():
         assert vars(train_config([f"reward={name}"]).reward) == vars(reward)
     assert vars(RewardConfig()) == vars(REWARDS["sparse"])

@@ -1,5 +1,6 @@
 """Rewards, ends and options of the task, through Gymnasium."""
 
+import math
 from typing import Any
 
 import gymnasium
@@ -136,3 +137,33 @@ def test_a_wrong_camera_lists_the_right_ones() -> None:
     with pytest.raises(TaskError, match="sideways.*chase"):
         environment.render()
     environment.close()
+
+
+def test_a_reset_forgets_the_crash_and_what_was_pushed() -> None:
+    environment = gymnasium.make("asddpg/NavGazebo-v0")
+    pushed, outcome = 0, None
+    # The small carton stands at (0.35, -2.1): drive at it from 1 m off.
+    environment.reset(seed=0, options={"start": (0.35, -1.2, -math.pi / 2), "goal": (2.0, 2.0)})
+    for _ in range(12):
+        _, _, terminated, _, info = environment.step(np.array([0.5, 0.0], dtype=np.float32))
+        pushed, outcome = max(pushed, info["pushed"]), info.get("outcome")
+        assert not terminated
+    assert pushed == 1
+    assert outcome is None
+    _, info = environment.reset()
+    assert info["pushed"] == 0
+    assert not environment.get_wrapper_attr("physics").crashed()
+
+
+@pytest.mark.parametrize(
+    ("values", "sentence"),
+    [
+        ({"control_timestep": 0.0}, "control_timestep must be greater than 0"),
+        ({"goal_radius": -1.0}, "goal_radius must be greater than 0"),
+        ({"max_linear_velocity": 3.0}, "up to the robot's 1.199"),
+        ({"max_angular_velocity": -1.0}, "above 0"),
+    ],
+)
+def test_constants_out_of_range(values: dict[str, float], sentence: str) -> None:
+    with pytest.raises(TaskError, match=sentence):
+        tasks.NavigationConfig(**values)  # type: ignore[arg-type]

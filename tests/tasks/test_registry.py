@@ -18,6 +18,14 @@ from tasks.goals import HELD_OUT_MARGIN
 from tasks.obstacles import Obstacles
 
 EVERY_TASK = pytest.mark.parametrize("name", tasks.ALL_TASKS)
+PAPER_ROOMS = ("nav_empty", "nav_simple", "nav_complex")
+
+# The first and the hundredth goal, metres.
+DRAWN_WITH_SEED_7 = {
+    "nav_empty": ((0.925706452874536, 2.9393821271748584), (-3.279869718292416, 3.665676279774577)),
+    "nav_simple": ((0.925706452874536, 2.9393821271748584), (3.1122323929730724, -2.78697753434595)),
+    "nav_complex": ((0.925706452874536, 2.9393821271748584), (-3.400086436778654, -1.3664039731855775)),
+}
 
 
 def drive(environment: Any, steps: int, seed: int = 0) -> list[dm_env.TimeStep]:
@@ -75,17 +83,37 @@ def test_every_element_of_the_scene_is_named_and_three_cameras_look_on(name: str
 
 
 @EVERY_TASK
-def test_drawn_goals_follow_the_rule_and_keep_off_the_held_out_ones(name: str) -> None:
+def test_drawn_goals_keep_off_the_held_out_ones_and_off_obstacles(name: str) -> None:
     environment = tasks.load(name, random=11)
     obstacles = Obstacles.from_model(environment.physics.model.ptr)
     held_out_goals = held_out.held_out_goals(name)
     for _ in range(300):
         environment.reset()
         goal = np.array(environment.physics.goal())
-        assert np.all(np.abs(goal) <= 3.7)
-        assert not np.all(np.abs(goal) < 2.0)
         assert obstacles.clearance(goal) >= 0.25
         assert np.min(np.hypot(*(held_out_goals - goal).T)) > HELD_OUT_MARGIN
+
+
+@pytest.mark.parametrize("name", PAPER_ROOMS)
+def test_the_rooms_of_the_paper_keep_the_rule_of_the_released_code(name: str) -> None:
+    environment = tasks.load(name, random=11)
+    for _ in range(300):
+        environment.reset()
+        goal = np.array(environment.physics.goal())
+        assert environment.physics.pose() == (0.0, 0.0, 0.0)
+        assert np.all(np.abs(goal) <= 3.7)
+        assert not np.all(np.abs(goal) < 2.0)
+
+
+@pytest.mark.parametrize("name", PAPER_ROOMS)
+def test_the_rooms_of_the_paper_draw_the_goals_they_always_drew(name: str) -> None:
+    """Runs by seed of earlier versions can be repeated only if not a bit of a draw changes."""
+    environment = tasks.load(name, random=7)
+    goals = []
+    for _ in range(100):
+        environment.reset()
+        goals.append(environment.physics.goal())
+    assert (goals[0], goals[99]) == DRAWN_WITH_SEED_7[name]
 
 
 @EVERY_TASK
@@ -96,7 +124,8 @@ def test_stored_sets_have_their_sizes_and_a_path_to_every_goal(name: str) -> Non
         assert len(pairs) == size
         for pair in pairs:
             straight = np.hypot(pair.goal[0] - pair.start.x, pair.goal[1] - pair.start.y) - 0.3
-            assert straight - 0.06 <= pair.shortest_path <= 2 * straight + 1
+            longest = 2 * straight + 1 if name in PAPER_ROOMS else 8.0
+            assert straight - 0.06 <= pair.shortest_path <= longest
 
 
 @EVERY_TASK

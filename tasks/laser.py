@@ -1,0 +1,124 @@
+"""The laser: its ring of beams in a scene, and what a real one does to a scan.
+
+A Hokuyo URG-04LX sees 240° in 682 beams; the paper keeps 40 of them. Both are the ring of models/mjcf/pioneer with
+another count.
+"""
+
+from collections import deque
+from dataclasses import dataclass
+from math import isfinite
+
+import mujoco
+import numpy as np
+
+from tasks.constants import FIELD_OF_VIEW, MAX_RANGE, MIN_RANGE, NUM_BEAMS
+from tasks.errors import TaskError
+from tasks.physics import FloatArray, Physics
+
+MAX_LATENCY = 2.0  # s
+MAX_BEAMS = 2000
+
+# Noise of the URG-04LX: σ = max(0.028, 0.0013 r + 0.0001) m, the sensor model of libpointmatcher.
+_NOISE_FLOOR, _NOISE_SLOPE, _NOISE_OFFSET = 0.028, 0.0013, 0.0001
+
+
+@dataclass
+class LaserConfig:
+    """What the laser does; by default it is perfect."""
+
+    # Beams of the ring; the paper's code keeps 40, the real one has 682.
+    num_beams: int = NUM_BEAMS
+    # Scale of the noise on every range; 1 is a real URG-04LX's, 0 none.
+    noise: float = 0.0
+    # Probability that a beam returns nothing; it then reads the maximum range.
+    dropout: float = 0.0
+    # Seconds from the instant a scan is of to the end of the control step that returns it.
+    latency: float = 0.0
+
+    def __post_init__(self) -> None:
+        """TaskError where a value is out of range."""
+        if not (self.noise >= 0.0 and isfinite(self.noise)):
+            raise TaskError(f"the laser's noise must be 0 or more, not {self.noise}")
+        if not 0.0 <= self.dropout <= 1.0:
+            raise TaskError(f"the laser's dropout must be from 0 to 1, not {self.dropout}")
+        if not 0.0 <= self.latency <= MAX_LATENCY:
+            raise TaskError(f"the laser's latency must be from 0 to {MAX_LATENCY:g} s, not {self.latency}")
+        if not (isinstance(self.num_beams, int) and 2 <= self.num_beams <= MAX_BEAMS):
+            raise TaskError(f"the laser's num_beams must be a whole number from 2 to {MAX_BEAMS}, not {self.num_beams}")
+
+
+class Laser:
+    """Reads a scan once a control step and treats it as a real laser would."""
+
+    def __init__(self, config: LaserConfig, control_timestep: float, rng: np.random.Generator) -> None:
+        """Make the laser; `rng` is its own stream, so that noise changes no start and no goal."""
+        self.config = config
+        self.rng = rng
+        self._late_steps, self._late_seconds = divmod(config.latency + 1e-9, control_timestep)
+        self._waiting: deque[FloatArray] = deque(maxlen=int(self._late_steps) + 1)
+
+    def begin_episode(self, physics: Physics) -> None:
+        """Forget the scans of the last episode."""
+        self._waiting.clear()
+        self._read_at = -1.0
+        physics.scan_delay = self._late_seconds
+
+    def ranges(self, physics: Physics) -> FloatArray:
+        """The scan that arrives now: float64 (num_beams,), metres; asked for again at one instant, the same again."""
+        if physics.time() != self._read_at:
+            self._read_at = physics.time()
+            scan = physics.delayed_ranges() if self._waiting else physics.ranges()
+            self._waiting.append(self._disturbed(scan))
+        return self._waiting[0].copy()
+
+    def _disturbed(self, scan: FloatArray) -> FloatArray:
+        config = self.config
+        if config.noise > 0.0:
+            hit = scan < MAX_RANGE
+            sigma = config.noise * np.maximum(_NOISE_FLOOR, _NOISE_SLOPE * scan + _NOISE_OFFSET)
+            scan = np.where(hit, scan + sigma * self.rng.standard_normal(len(scan)), scan)
+        if config.dropout > 0.0:
+            scan = np.where(self.rng.random(len(scan)) < config.dropout, MAX_RANGE, scan)
+        return np.clip(scan, MIN_RANGE, MAX_RANGE)
+
+
+def beam_angles(count: int) -> FloatArray:
+    """Angles of the beams from straight ahead, from the rightmost to the leftmost: float64 (count,), radians."""
+    return np.linspace(-FIELD_OF_VIEW / 2, FIELD_OF_VIEW / 2, count)
+
+
+def set_beams(spec: mujoco.MjSpec, count: int) -> None:
+    """Give the laser of a scene another number of beams over the same field of view.
+
+    Args:
+        spec: a scene not yet compiled; changed in place, unless it has no laser.
+        count: of beams, 2 or more.
+
+    Raises:
+        TaskError: the count is too small.
+    """
+    sites = [site for site in spec.sites if site.name.startswith("ray_")]
+    sensors = [sensor for sensor in spec.sensors if sensor.name.startswith("range_")]
+    if not sites or not sensors or len(sites) == count:
+        return
+    if count < 2:
+        raise TaskError(f"a laser has 2 beams or more, not {count}")
+    body, size, group, rgba = sites[0].parent, sites[0].size.copy(), sites[0].group, sites[0].rgba.copy()
+    place = spec.copy().compile().site(sites[0].name).pos  # in the body's frame, whatever frames lie between
+    cutoff, reading = sensors[0].cutoff, sensors[0].intprm.copy()
+    for element in (*sensors, *sites):
+        spec.delete(element)
+    digits = len(str(count - 1))
+    for index, angle in enumerate(beam_angles(count)):
+        number = f"{index:0{digits}d}"
+        along = [np.cos(angle), np.sin(angle), 0.0]  # a rangefinder looks along its site's z axis
+        site = body.add_site(name=f"ray_{number}", pos=place, size=size, group=group, rgba=rgba)
+        site.alt.type, site.alt.zaxis = mujoco.mjtOrientation.mjORIENTATION_ZAXIS, along
+        spec.add_sensor(
+            name=f"range_{number}",
+            type=mujoco.mjtSensor.mjSENS_RANGEFINDER,
+            objtype=mujoco.mjtObj.mjOBJ_SITE,
+            objname=site.name,
+            cutoff=cutoff,
+            intprm=reading,
+        )

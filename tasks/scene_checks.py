@@ -1,0 +1,100 @@
+"""What is wrong with a compiled scene, in words: numbers that make no sense, elements the robot's scenes must have."""
+
+from collections.abc import Sequence
+
+import mujoco
+import numpy as np
+
+MAX_TIMESTEP = 0.02  # s; beyond it contacts of a robot of this size make no sense
+
+# Element → what of it must be finite. What stands in a body comes before the body, whose mass follows from it.
+_FINITE = {
+    "geom": ("pos", "size", "quat", "friction", "rgba"),
+    "site": ("pos", "size", "quat"),
+    "joint": ("pos", "axis", "range"),
+    "camera": ("pos", "quat", "fovy"),
+    "light": ("pos", "dir"),
+    "body": ("pos", "quat", "mass", "ipos", "inertia"),
+    "actuator": ("gear", "ctrlrange", "forcerange", "gainprm", "biasprm"),
+    "sensor": ("cutoff", "noise"),
+}
+_PREFIXES = {"joint": "jnt", "camera": "cam"}
+_WHEELS = ("left_wheel", "right_wheel")
+
+
+def nonsense(model: mujoco.MjModel) -> str | None:
+    """The first number of a model that is out of range or no number, as half a sentence; None where all is well.
+
+    MuJoCo compiles a time step of 0 and positions that are no numbers without a word.
+    """
+    if not 0 < model.opt.timestep <= MAX_TIMESTEP:
+        return (
+            f"has the timestep {model.opt.timestep:g} in its option element, but it must be above 0 s and at most "
+            f"{MAX_TIMESTEP:g} s"
+        )
+    if not np.all(np.isfinite(model.opt.gravity)):
+        return f"has the gravity {_numbers(model.opt.gravity)} in its option element, but it must be finite"
+    for kind, fields in _FINITE.items():
+        for field in fields:
+            values = np.asarray(getattr(model, f"{_PREFIXES.get(kind, kind)}_{field}"))
+            rows = values[:, np.newaxis] if values.ndim == 1 else values
+            faulty = np.flatnonzero(~np.isfinite(rows).all(axis=1))
+            if len(faulty):
+                where = f"{kind} {_name(model, kind, int(faulty[0]))}"
+                return f"has the {where} with {field} {_numbers(rows[faulty[0]])}, but it must be finite"
+    for field in ("damping", "armature", "frictionloss"):  # kept by degree of freedom
+        faulty = np.flatnonzero(~np.isfinite(getattr(model, f"dof_{field}")))
+        if len(faulty):
+            joint = _name(model, "joint", int(model.dof_jntid[faulty[0]]))
+            return f"has the joint {joint} with a {field} that is no number, but it must be finite"
+    return None
+
+
+def missing_elements(model: mujoco.MjModel, cameras: Sequence[str] = ()) -> list[str]:
+    """What a scene with the robot must have and this one lacks, in words; empty where it has all.
+
+    Args:
+        model: the compiled scene.
+        cameras: names of the cameras it must have.
+    """
+    wanted = [
+        ("body 'base'", _has(model, mujoco.mjtObj.mjOBJ_BODY, "base")),
+        ("free joint 'base' of the body 'base'", _base_is_free(model)),
+        *((f"joint {name!r}", _has(model, mujoco.mjtObj.mjOBJ_JOINT, name)) for name in _WHEELS),
+        *((f"actuator {name!r}", _has(model, mujoco.mjtObj.mjOBJ_ACTUATOR, name)) for name in _WHEELS),
+        ("rangefinder sensors range_00, range_01, …", _has_beams(model)),
+        ("mocap body 'goal'", _goal_is_mocap(model)),
+        ("geom 'floor'", _has(model, mujoco.mjtObj.mjOBJ_GEOM, "floor")),
+        *((f"camera {name!r}", _has(model, mujoco.mjtObj.mjOBJ_CAMERA, name)) for name in cameras),
+    ]
+    return [element for element, there in wanted if not there]
+
+
+def _has(model: mujoco.MjModel, kind: mujoco.mjtObj, name: str) -> bool:
+    return bool(mujoco.mj_name2id(model, kind, name) >= 0)
+
+
+def _base_is_free(model: mujoco.MjModel) -> bool:
+    joint = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, "base")
+    body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "base")
+    free = joint >= 0 and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
+    return bool(free and model.jnt_bodyid[joint] == body)
+
+
+def _goal_is_mocap(model: mujoco.MjModel) -> bool:
+    body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "goal")
+    return bool(body >= 0 and model.body_mocapid[body] >= 0)
+
+
+def _has_beams(model: mujoco.MjModel) -> bool:
+    rangefinders = np.flatnonzero(model.sensor_type == mujoco.mjtSensor.mjSENS_RANGEFINDER)
+    return any(str(model.sensor(index).name).startswith("range_") for index in rangefinders)
+
+
+def _name(model: mujoco.MjModel, kind: str, row: int) -> str:
+    name = str(getattr(model, _PREFIXES.get(kind, kind))(row).name)
+    return repr(name) if name else f"number {row}"
+
+
+def _numbers(values: Sequence[float]) -> str:
+    return " ".join(f"{value:g}" for value in values)
