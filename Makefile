@@ -6,12 +6,12 @@ PIP_INSTALL = $(BIN)/python -m pip install --quiet --constraint constraints.txt
 task ?= nav_complex
 ARGS ?=
 
-.PHONY: help install dev train evaluate check test test-fast bench results clean
+.PHONY: help install dev train evaluate check test test-fast test-long bench results clean
 
 help:
 	@echo 'make train task=nav_complex ARGS="seed=1 total_steps=5000"   set up, train, evaluate'
 	@echo 'make test       set up and run the tests        make test-fast  without the slow ones'
-	@echo 'make check      format, lint, types             make bench      speed of environment and training'
+	@echo 'make check      format, lint, types, models     make bench      speed of environment and training'
 	@echo 'make results    the runs behind the README      make clean      remove .venv and caches'
 
 # Installing writes the stamp last: an interrupted install is begun again.
@@ -45,12 +45,16 @@ check: dev
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
+	$(BIN)/python -m tools.check_models
 
 test: dev
 	$(BIN)/python -m pytest
 
 test-fast: dev
-	$(BIN)/python -m pytest -m "not slow"
+	$(BIN)/python -m pytest -m "not slow and not long"
+
+test-long: dev
+	$(BIN)/python -m pytest -m long
 
 bench: $(VENV)/bench
 	$(BIN)/python -m tools.bench $(ARGS)

@@ -1,4 +1,4 @@
-"""Speed: `python -m tools.bench`, or one of `environment` and `training`.
+"""Speed: `python -m tools.bench`, or some of `environment`, `training`, `timestep`, `laser` and `reset`.
 
 Ratios are taken within one process, its parts in turn, so that the machine's mood touches both alike.
 
@@ -9,6 +9,9 @@ steps under the same commands, with rays once at the end.
 same convolutions in front, the same widths and batch, one update a step, one torch thread each: as the library comes,
 and with denormal numbers flushed to zero, which this project does and the library does not; last with one convolutional
 front for actor and critic, which is not its default.
+
+`timestep`: cost and accuracy of physics steps of 1, 2, 5 and 10 ms. `laser`: cost of a scan of 40 and of 682 beams.
+`reset`: cost of a new start and goal.
 """
 
 import time
@@ -29,6 +32,7 @@ from asddpg.loop import run_episode
 from asddpg.networks import Features
 from asddpg.program import run
 from tasks.constants import CONTROL_TIMESTEP, TRACK, WHEEL_RADIUS
+from tools import bench_physics
 
 ROUNDS = 25
 
@@ -180,8 +184,14 @@ def _stable_baselines(config: TrainConfig, share_convolutions: bool) -> Callable
 
 
 def main(words: Any) -> None:
-    """Run the parts asked for, or both."""
-    parts: dict[str, Callable[[], None]] = {"environment": environment, "training": training}
+    """Run the parts asked for, or all."""
+    parts: dict[str, Callable[[], None]] = {
+        "environment": environment,
+        "training": training,
+        "timestep": bench_physics.timestep,
+        "laser": bench_physics.laser,
+        "reset": bench_physics.reset,
+    }
     for name in words or parts:
         if name not in parts:
             raise UserError(f"there is no benchmark {name!r}; there are {', '.join(parts)}")

@@ -1,35 +1,133 @@
-"""A picture of a task's scene: `python -m tools.picture nav_complex [camera] [file.png]`."""
+"""A picture of a room or of the robot: `python -m tools.picture nav_complex [camera] [file.png]`.
 
+The first word is a task, `pioneer` for the robot alone, or a path to any .xml scene. Options:
+
+  camera=top         a camera of the scene, or free for the whole of it
+  file=here.png      where the picture goes; <scene>_<camera>.png by itself
+  size=1280x800      in pixels
+  shadows=true       or false, as observers of the tasks see it
+"""
+
+import re
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
-import gymnasium
+import mujoco
 import numpy as np
 from PIL import Image
 
 import tasks
 from asddpg.errors import UserError
 from asddpg.program import run
+from tasks.rendering import FREE, OffscreenRenderer, Picture
+from tasks.scenes import load_model
+from tools.scene_words import ROBOT, scene_file
 
-WIDTH, HEIGHT = 1280, 800
+OPTIONS = ("camera", "file", "size", "shadows")
+LARGEST = 4096  # px
+SHADOW_SIZE = 8192  # px of the shadow's map: fine enough for a whole room
+SEED = 3  # of the goal in a task's picture
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What a picture is asked to be."""
+
+    scene: str
+    camera: str
+    file: Path
+    width: int
+    height: int
+    shadows: bool
+
+
+def wish(words: Sequence[str]) -> Wish:
+    """Read the command line's words; UserError where one is wrong."""
+    plain = [word for word in words if "=" not in word]
+    if not 1 <= len(plain) <= 3:
+        raise UserError(
+            f"name a scene ({', '.join(tasks.ALL_TASKS)}, {ROBOT}, or a path to an .xml), then if wanted a camera, "
+            "a file, and options, as in size=1280x800"
+        )
+    options = dict(zip(("camera", "file"), plain[1:], strict=False))
+    for word in (word for word in words if "=" in word):
+        name, value = word.split("=", 1)
+        if name not in OPTIONS:
+            raise UserError(f"there is no option {name!r}; there are {', '.join(OPTIONS)}")
+        if name in options:
+            raise UserError(f"{name} is given twice, as {options[name]} and {value}")
+        options[name] = value
+    camera = options.get("camera", "portrait" if plain[0] == ROBOT else FREE)
+    file = Path(options.get("file", f"{Path(plain[0]).stem}_{camera}.png"))
+    if file.suffix.lower() not in (".png", ".jpg", ".jpeg"):
+        raise UserError(f"the picture's file must end in .png or .jpg, not {file.name!r}")
+    width, height = _size(options.get("size", "1280x800"))
+    return Wish(plain[0], camera, file, width, height, _truth("shadows", options.get("shadows", "true")))
+
+
+def _size(value: str) -> tuple[int, int]:
+    match = re.fullmatch(r"(\d{1,5})x(\d{1,5})", value)
+    width, height = (int(match[1]), int(match[2])) if match else (0, 0)
+    if not (0 < width <= LARGEST and 0 < height <= LARGEST):
+        raise UserError(f"size must be as in 1280x800, at most {LARGEST}x{LARGEST} px, not {value!r}")
+    return width, height
+
+
+def _truth(name: str, value: str) -> bool:
+    if value not in ("true", "false"):
+        raise UserError(f"{name} must be true or false, not {value!r}")
+    return value == "true"
+
+
+def render(asked: Wish) -> Picture:
+    """The picture, uint8 (height, width, 3)."""
+    model, data = _state(asked.scene)
+    limits = model.vis.global_
+    limits.offwidth, limits.offheight = max(limits.offwidth, asked.width), max(limits.offheight, asked.height)
+    _set_shadows(model, data, asked.shadows)
+    renderer = OffscreenRenderer(model, asked.width, asked.height)
+    try:
+        return renderer.render(data, asked.camera)
+    finally:
+        renderer.close()
+
+
+def _set_shadows(model: mujoco.MjModel, data: mujoco.MjData, wanted: bool) -> None:
+    model.vis.quality.shadowsize = SHADOW_SIZE
+    model.light_castshadow[:] = wanted
+    # A directional light's shadows end `extent` from its axis: lay the axis through the middle of the scene, and let
+    # them reach its corners.
+    fixed = model.geom_pos[(model.geom_bodyid == 0) & (model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE)]
+    if len(fixed):
+        model.stat.extent = max(model.stat.extent, 1.6 * np.hypot(fixed[:, 0], fixed[:, 1]).max())
+    for light in np.flatnonzero(model.light_type == mujoco.mjtLightType.mjLIGHT_DIRECTIONAL):
+        data.light_xpos[light] = model.stat.center - model.stat.extent * data.light_xdir[light]
+
+
+def _state(scene: str) -> tuple[mujoco.MjModel, mujoco.MjData]:
+    """A scene at its beginning: a task's with a goal drawn, any other in its first keyframe, if it has one."""
+    if scene in tasks.ALL_TASKS:
+        environment = tasks.load(scene, random=SEED)
+        environment.reset()
+        return environment.physics.model.ptr, environment.physics.data.ptr
+    model = load_model(scene_file(scene))
+    data = mujoco.MjData(model)
+    if model.nkey:
+        mujoco.mj_resetDataKeyframe(model, data, 0)
+    mujoco.mj_forward(model, data)
+    return model, data
 
 
 def main(words: Sequence[str]) -> None:
     """Render and write."""
-    if not 1 <= len(words) <= 3 or words[0] not in tasks.ALL_TASKS:
-        raise UserError(f"name a task, one of {', '.join(tasks.ALL_TASKS)}, then if wanted a camera and a file")
-    camera = words[1] if len(words) > 1 else "free"
-    path = Path(words[2] if len(words) > 2 else f"{words[0]}_{camera}.png")
-    name = tasks.gymnasium_id(words[0])
-    environment = gymnasium.make(name, render_mode="rgb_array", camera=camera, width=WIDTH, height=HEIGHT)
-    environment.reset(seed=3)
-    picture = np.asarray(environment.render())
+    asked = wish(words)
+    picture = render(asked)
     try:
-        Image.fromarray(picture).save(path)
+        Image.fromarray(picture).save(asked.file)
     except OSError as error:
-        raise UserError(f"the picture {path} cannot be written: {error}") from error
-    environment.close()
-    print(f"written to {path}")
+        raise UserError(f"the picture {asked.file} cannot be written: {error}") from error
+    print(f"written to {asked.file}")
 
 
 if __name__ == "__main__":

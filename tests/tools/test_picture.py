@@ -1,0 +1,64 @@
+"""The words of the picture tool, and that it draws what they ask for."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from asddpg.errors import UserError
+from tasks.errors import TaskError
+from tools import picture
+from tools.picture import Wish, wish
+
+
+def test_words_and_their_defaults() -> None:
+    whole = Wish("nav_empty", "free", Path("nav_empty_free.png"), 1280, 800, True)
+    assert wish(["nav_empty"]) == whole
+    assert wish(["pioneer"]).camera == "portrait"
+    asked = Wish("a/b.xml", "top", Path("here.jpg"), 64, 48, False)
+    assert wish(["a/b.xml", "top", "here.jpg", "size=64x48", "shadows=false"]) == asked
+    assert wish(["size=64x48", "camera=top", "a/b.xml", "shadows=false", "file=here.jpg"]) == asked
+
+
+@pytest.mark.parametrize(
+    ("words", "expected"),
+    [
+        ([], "name a scene .*nav_empty, .*pioneer"),
+        (["nav_empty", "colour=red"], "no option 'colour'; there are camera, file, size, shadows"),
+        (["nav_empty", "size=12"], "size must be as in 1280x800"),
+        (["nav_empty", "size=9000x10"], "at most 4096x4096 px"),
+        (["nav_empty", "shadows=maybe"], "shadows must be true or false, not 'maybe'"),
+        (["nav_empty", "top", "camera=chase"], "camera is given twice, as top and chase"),
+        (["nav_empty", "top", "here.txt"], r"must end in \.png or \.jpg, not 'here\.txt'"),
+    ],
+)
+def test_wrong_words_are_one_sentence(words: list[str], expected: str) -> None:
+    with pytest.raises(UserError, match=expected):
+        wish(words)
+
+
+def test_scenes_and_cameras_that_do_not_exist_list_those_that_do() -> None:
+    with pytest.raises(UserError, match="no scene 'nav_foo'; there are nav_empty, .*pioneer, or a path"):
+        picture.main(["nav_foo"])
+    with pytest.raises(TaskError, match=r"there is no scene file none\.xml"):
+        picture.main(["none.xml"])
+    with pytest.raises(TaskError, match="no camera 'front'; there are .*portrait.*free"):
+        picture.main(["pioneer", "front", "size=64x48"])
+
+
+def test_draws_the_robot_with_its_shadow(tmp_path: Path) -> None:
+    drawn = {}
+    for shadows in ("true", "false"):
+        path = tmp_path / f"{shadows}.png"
+        picture.main(["pioneer", f"file={path}", "size=160x100", f"shadows={shadows}"])
+        drawn[shadows] = np.asarray(Image.open(path)).astype(int)
+    red = (drawn["true"][..., 0] > 2 * drawn["true"][..., 1] + 20).mean()
+    assert drawn["true"].shape == (100, 160, 3)
+    assert 0.03 < red < 0.5
+    assert (drawn["false"].sum(axis=2) - drawn["true"].sum(axis=2) > 60).mean() > 0.01
+
+
+def test_a_file_that_cannot_be_written(tmp_path: Path) -> None:
+    with pytest.raises(UserError, match="cannot be written"):
+        picture.main(["nav_empty", f"file={tmp_path}/none/a.png", "size=64x48"])

@@ -1,0 +1,133 @@
+"""Drive the robot by keyboard in MuJoCo's viewer: `python -m tools.teleop nav_complex`.
+
+The word is a task, `pioneer` for the robot on an open floor, or a path to any .xml scene; one without the robot is
+opened too, to be looked at.
+"""
+
+import queue
+from collections.abc import Sequence
+from typing import Any
+
+import mujoco
+import numpy as np
+
+import tasks
+from asddpg.errors import UserError
+from asddpg.program import run
+from tasks.pair_rules import PairRule
+from tasks.physics import Physics
+from tasks.registry import definition_of
+from tasks.scene_checks import missing_elements
+from tasks.scenes import load_model, robot_physics
+from tools.pacing import Pace
+from tools.scene_words import ROBOT, scene_file
+from tools.teleop_keys import BACKSPACE, HELP, Teleop
+from tools.viewer import check_screen, open_viewer
+
+FRAME = 0.02  # s between two pictures; the command may change with each
+
+
+class Drive:
+    """The robot in a scene, driven by keys."""
+
+    def __init__(self, physics: Physics, rule: PairRule | None = None) -> None:
+        """Begin at the start; with a rule each reset draws start and goal by it."""
+        self.physics = physics
+        self.teleop = Teleop()
+        self._rng = np.random.default_rng()
+        self._rule = rule
+        self._steps = max(1, round(FRAME / physics.timestep()))
+        self.frame = self._steps * physics.timestep()  # s
+        self.reset()
+
+    def reset(self) -> None:
+        """Back to the start, the first keyframe where there is one."""
+        self.teleop.press(BACKSPACE)
+        physics = self.physics
+        physics.reset(keyframe_id=0 if physics.model.ptr.nkey else None)
+        if self._rule is not None:
+            start, goal = self._rule.draw(self._rng, np.zeros((0, 2)))
+            with physics.reset_context():
+                physics.set_pose(start)
+                physics.set_goal(*goal)
+
+    def press(self, key: int) -> None:
+        """Take a key, GLFW's code."""
+        self.teleop.press(key)
+        if key == BACKSPACE:
+            self.reset()
+
+    def advance(self, frames: int = 1) -> None:
+        """Some frames of physics at the present command."""
+        self.physics.set_velocity_command(*self.teleop.command)
+        self.physics.step(frames * self._steps)
+
+    def readings(self) -> dict[str, str]:
+        """What the driver wants to know, by name."""
+        command, velocity = self.teleop.command, self.physics.velocity()
+        return {
+            "v": f"{velocity.linear:+.2f} m/s, asked {command.linear:+.2f}",
+            "omega": f"{velocity.angular:+.2f} rad/s, asked {command.angular:+.2f}",
+            "to the goal": f"{self.physics.goal_distance():.2f} m",
+            "crashed": "yes" if self.physics.crashed() else "no",
+            "pushed": f"{self.physics.num_pushed()} things",
+        }
+
+
+def drive(driven: Drive) -> None:
+    """The viewer with teleop, until its window is closed."""
+    keys: queue.SimpleQueue[int] = queue.SimpleQueue()
+    data = driven.physics.data.ptr
+    with open_viewer(driven.physics.model.ptr, data, keys.put) as viewer:
+        pace = Pace(driven.frame)
+        while viewer.is_running():
+            frames = pace.wait()
+            with viewer.lock():
+                while not keys.empty():
+                    driven.press(keys.get())
+                driven.advance(frames)
+            show(viewer, driven.readings())
+            now = data.time
+            viewer.sync()
+            if data.time < now:  # the viewer's own reset button
+                driven.reset()
+
+
+def look(model: mujoco.MjModel) -> None:
+    """The viewer without teleop, until its window is closed."""
+    data = mujoco.MjData(model)
+    with open_viewer(model, data, lambda _: None) as viewer:
+        pace = Pace(FRAME)
+        while viewer.is_running():
+            end = data.time + pace.wait() * FRAME
+            with viewer.lock():
+                while data.time < end:
+                    mujoco.mj_step(model, data)
+            viewer.sync()
+
+
+def show(viewer: Any, readings: dict[str, str]) -> None:
+    """Write readings into the corner of the picture."""
+    corner = mujoco.mjtGridPos.mjGRID_BOTTOMLEFT
+    viewer.set_texts((None, corner, "\n".join(readings), "\n".join(readings.values())))
+
+
+def main(words: Sequence[str]) -> None:
+    """Open the scene and drive."""
+    if len(words) != 1:
+        raise UserError(f"name one scene: {', '.join(tasks.ALL_TASKS)}, {ROBOT}, or a path to an .xml")
+    path = scene_file(words[0])
+    model = load_model(path)
+    check_screen()
+    missing = missing_elements(model)
+    if missing:
+        print(f"the scene {path} lacks the {missing[0]}: it has no Pioneer to drive and is shown only")
+        look(model)
+        return
+    print("\n".join(f"  {keys:<12} {meaning}" for keys, meaning in HELP), flush=True)
+    rule = definition_of(words[0]).rule(model) if words[0] in tasks.ALL_TASKS else None
+    drive(Drive(robot_physics(model, path), rule))
+
+
+if __name__ == "__main__":
+    run(main, str(__doc__))
