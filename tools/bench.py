@@ -151,7 +151,7 @@ def _stable_baselines(config: TrainConfig, share_convolutions: bool) -> Callable
     env = make_environment(config.task, config.reward)
     scan_shape = env.get_wrapper_attr("scan_shape")
 
-    class Extractor(BaseFeaturesExtractor):
+    class Extractor(BaseFeaturesExtractor):  # type: ignore[misc,unused-ignore]  # without the bench extra
         def __init__(self, space: gymnasium.spaces.Box) -> None:
             super().__init__(space, 1)
             self.features = Features(space.shape[0], scan_shape)
