@@ -14,6 +14,7 @@ import yaml
 from asddpg import evaluate, train
 from asddpg.errors import UserError
 from asddpg.types import Action, Observation
+from tasks import ALL_TASKS
 from tasks.errors import TaskError
 
 SMALL = ["task=nav_empty", "total_steps=400", "agent.learning_starts=100", "network=fc2x100", "test_episodes=2"]
@@ -213,7 +214,7 @@ def test_a_user_sees_a_sentence_and_status_2(tmp_path: Path) -> None:
         check=False,
     )
     assert done.returncode == 2
-    assert done.stderr == "error: there is no task 'nav_foo'; there are nav_empty, nav_simple, nav_complex\n"
+    assert done.stderr == f"error: there is no task 'nav_foo'; there are {', '.join(ALL_TASKS)}\n"
     assert not list(tmp_path.iterdir())
 
 
