@@ -283,6 +283,18 @@ def test_stored_pairs_keep_the_bounds_by_a_visibility_graph(name: str) -> None:
         assert hypot(pair.goal[0] - pair.start.x, pair.goal[1] - pair.start.y) - 0.36 <= pair.shortest_path <= length
 
 
+@pytest.mark.long
+@pytest.mark.parametrize("name", ROOMS)
+def test_a_thousand_drawn_pairs_are_planned_by_a_visibility_graph_within_the_bounds(name: str) -> None:
+    model = open_scene(scene_path(name)).model.ptr
+    rule, rng = DEFINITIONS[name].rule(model), np.random.default_rng(5)
+    min_path, max_path = {"nav_gazebo": (1.5, 8.0), "nav_office": (3.0, 8.0)}[name]
+    graph = VisibilityGraph(max(free_pieces(model, RADIUS + MARGIN), key=lambda piece: piece.area), max_path)
+    for _ in range(1000):
+        start, goal = rule.draw(rng, NOBODY)
+        assert min_path - 0.1 <= graph.length(start[:2], goal) <= max_path
+
+
 @pytest.mark.parametrize("name", tasks.ALL_TASKS)
 def test_a_draw_takes_less_than_a_millisecond(name: str) -> None:
     rule, rng = DEFINITIONS[name].rule(Physics.from_xml_path(str(scene_path(name))).model.ptr), np.random.default_rng(0)
