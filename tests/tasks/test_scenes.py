@@ -10,7 +10,7 @@ from tasks import registry
 from tasks.errors import TaskError
 from tasks.physics import Physics
 from tasks.scene_checks import missing_elements
-from tasks.scenes import TASK_CAMERAS, load_model, model_hash, open_scene, scene_path
+from tasks.scenes import MODELS, TASK_CAMERAS, load_model, model_hash, open_scene, scene_path
 
 BEAMS = '<rangefinder name="range_00" site="ray"/>'
 WHOLE = """<mujoco>
@@ -136,3 +136,15 @@ def test_loading_a_task_with_a_broken_scene_says_so(tmp_path: Path, monkeypatch:
     monkeypatch.setattr(registry, "scene_path", lambda _: tmp_path / "none.xml")
     with pytest.raises(TaskError, match=r"there is no scene file .*none\.xml"):
         tasks.load("nav_empty")
+
+
+@pytest.mark.parametrize("name", ["nav_empty", "nav_gazebo"])
+def test_a_room_that_leaves_no_free_space_is_named(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    full = tmp_path / "full.xml"
+    full.write_text(
+        f'<mujoco><include file="{MODELS}/rooms/common.xml"/><include file="{MODELS}/pioneer/pioneer.xml"/><worldbody>'
+        '<camera name="top"/><geom name="block" type="box" size="4 4 1"/></worldbody></mujoco>'
+    )
+    monkeypatch.setattr(registry, "scene_path", lambda _: full)
+    with pytest.raises(TaskError, match=f"the scene {full} gives no starts and goals: .*free place"):
+        registry.load(name)
