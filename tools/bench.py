@@ -1,4 +1,4 @@
-"""Speed: `python -m tools.bench`, or some of `environment`, `training`, `timestep`, `laser` and `reset`.
+"""Speed: `python -m tools.bench`, or some of `environment`, `training`, `timestep`, `laser`, `rooms` and `reset`.
 
 Ratios are taken within one process, its parts in turn, so that the machine's mood touches both alike.
 
@@ -11,7 +11,7 @@ and with denormal numbers flushed to zero, which this project does and the libra
 front for actor and critic, which is not its default.
 
 `timestep`: cost and accuracy of physics steps of 1, 2, 5 and 10 ms. `laser`: cost of a scan of 40 and of 682 beams.
-`reset`: cost of a new start and goal.
+`rooms`: cost of a control step in each room. `reset`: cost of a new start and goal.
 """
 
 import time
@@ -190,6 +190,7 @@ def main(words: Any) -> None:
         "training": training,
         "timestep": bench_physics.timestep,
         "laser": bench_physics.laser,
+        "rooms": bench_physics.rooms,
         "reset": bench_physics.reset,
     }
     for name in words or parts:

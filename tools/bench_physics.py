@@ -40,18 +40,18 @@ def timestep() -> None:
 
 def laser() -> None:
     """Print what a scan costs: a control step with 40 and with 682 beams against the same physics without rays."""
-    loops = {count: _loop(count) for count in (None, 40, 682)}
-    seconds: dict[int | None, list[float]] = {count: [] for count in loops}
-    for _ in range(15):
-        for count, loop in loops.items():
-            begun = time.perf_counter()
-            for _ in range(50):
-                loop()
-            seconds[count].append((time.perf_counter() - begun) / 50)
-    for count in (40, 682):
-        ratio = np.median(np.divide(seconds[count], seconds[None]))
-        bar = " (bar: at most 1.25)" if count == 40 else ""
+    seconds = _in_turn({str(count): _loop("nav_complex", count) for count in (None, 40, 682)})
+    for count, bar in (("40", " (bar: at most 1.25)"), ("682", "")):
+        ratio = np.median(np.divide(seconds[count], seconds["None"]))
         print(f"nav_complex, {count} beams: {ratio:.3f} times the physics without rays{bar}")
+
+
+def rooms() -> None:
+    """Print what a control step costs in each room, the robot turning on the spot, against nav_complex."""
+    seconds = _in_turn({name: _loop(name, 40) for name in ALL_TASKS})
+    for name in ALL_TASKS:
+        ratio = np.median(np.divide(seconds[name], seconds["nav_complex"]))
+        print(f"{name}: {np.median(seconds[name]) * 1e6:.0f} us a control step, {ratio:.2f} times nav_complex")
 
 
 def reset() -> None:
@@ -74,9 +74,21 @@ def _times(action: Callable[[], object]) -> str:
     return f"{np.median(seconds) * 1e6:.0f} us"
 
 
-def _loop(num_beams: int | None) -> Callable[[], None]:
+def _in_turn(loops: dict[str, Callable[[], None]]) -> dict[str, list[float]]:
+    """Seconds a call of each, in 15 rounds that take them in turn."""
+    seconds: dict[str, list[float]] = {name: [] for name in loops}
+    for _ in range(15):
+        for name, loop in loops.items():
+            begun = time.perf_counter()
+            for _ in range(50):
+                loop()
+            seconds[name].append((time.perf_counter() - begun) / 50)
+    return seconds
+
+
+def _loop(task: str, num_beams: int | None) -> Callable[[], None]:
     """One control step as tasks.Physics does it, with a scan at its end or, for None, without."""
-    model = load_model(scene_path("nav_complex"), num_beams)
+    model = load_model(scene_path(task), num_beams)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
     _command(data, 0.0, 0.5)
