@@ -14,10 +14,12 @@ from asddpg.config import LearningConfig
 from asddpg.controllers import Controller
 from asddpg.exploration import OrnsteinUhlenbeckNoise
 from asddpg.flat import FlatParameters
-from asddpg.losses import Batch, bellman_targets, critic_dqn_loss, policy_loss
+from asddpg.losses import Batch, TargetRule, bellman_targets, critic_dqn_loss, policy_loss
+from asddpg.n_step import NStepReturns
 from asddpg.networks import Networks, NetworkShape
-from asddpg.replay import ReplayBuffer, Transition
+from asddpg.replay import Replay, Transition
 from asddpg.types import Action, Decision, Driver, Observation, Step
+from asddpg.withdrawal import Withdrawal
 
 
 class AsDDPG:
@@ -28,9 +30,12 @@ class AsDDPG:
         networks: Networks,
         shape: NetworkShape,
         config: LearningConfig,
-        replay: ReplayBuffer,
+        replay: Replay,
         noise: OrnsteinUhlenbeckNoise,
         controller: Controller | None,
+        withdrawal: Withdrawal,
+        total_steps: int,
+        smoothing_seed: int,
         device: torch.device,
     ) -> None:
         """Put the parts together.
@@ -42,6 +47,9 @@ class AsDDPG:
             replay: R.
             noise: ε.
             controller: the training wheels; None makes this DDPG.
+            withdrawal: when the actor drives alone.
+            total_steps: steps of training there will be, for what changes over training.
+            smoothing_seed: of the noise on π' in y^A.
             device: where the networks live.
         """
         if (controller is None) != (networks.switch is None):
@@ -58,8 +66,12 @@ class AsDDPG:
         self._target_critic_dqn, self._target_policy = self._flatten(self.target)
         self._critic_optimizer = Adam([self._critic_dqn.vector], lr=config.critic_learning_rate, fused=True)
         self._policy_optimizer = Adam([self._policy.vector], lr=config.actor_learning_rate, fused=True)
-        self._asks_target_policy = controller is None or not config.critic_follows_switch
-        self.updates = 0
+        self._returns = NStepReturns(config.n_steps, config.gamma)
+        self._withdrawal = withdrawal
+        self._total_steps = total_steps
+        self._smoothing = torch.Generator(device).manual_seed(smoothing_seed)
+        self._follows_switch = controller is not None and config.critic_follows_switch
+        self.steps = self.updates = 0
 
     @staticmethod
     def _flatten(networks: Networks) -> tuple[FlatParameters, FlatParameters]:
@@ -68,8 +80,9 @@ class AsDDPG:
     # Driving ------------------------------------------------------------------------------------------------------
 
     def begin_episode(self) -> None:
-        """Exploration noise starts anew."""
+        """Exploration noise starts anew, and who may drive is drawn."""
         self._noise.reset()
+        self._withdrawal.begin_episode()
 
     def decide(self, observation: Observation) -> Decision:
         """Algorithm 1, lines 9–15: the greedy switch, then the policy with noise, or the controller."""
@@ -97,7 +110,7 @@ class AsDDPG:
             controller_action = self.controller.act(observation)
             weighed |= {"q_policy": q_policy, "q_controller": q_controller, "value": value.item()}
             weighed["controller_action"] = controller_action
-            if q_controller > q_policy:
+            if q_controller > q_policy and not (explore and self._withdrawal.is_alone):
                 return Decision(controller_action, Driver.CONTROLLER, **weighed)
         if not explore:
             return Decision(actor_action, driver, **weighed)
@@ -112,51 +125,74 @@ class AsDDPG:
 
     def learn(self, step: Step) -> Mapping[str, Tensor]:
         """Algorithm 1, lines 17–21: store the step, and once there are enough, update."""
-        decision = step.decision
-        driver = decision.driver
-        dense_reward = step.info.get("dense_reward", 0.0)
-        charged = assisted_reward(step.reward, dense_reward, driver, self.config.gamma_p)
-        self._replay.add(
-            Transition(
-                observation=step.observation,
-                action=decision.action,
-                reward=charged if self.config.charge_critic else step.reward,
-                switch_reward=charged,
-                discount=0.0 if step.terminated else 1.0,
-                next_observation=step.next_observation,
-                by_policy=float(driver is Driver.POLICY),
-                controller_action=decision.action if decision.controller_action is None else decision.controller_action,
-            )
-        )
+        for transition in self._returns.add(self._transition(step), step.terminated or step.truncated):
+            self._replay.add(transition)
+        self.steps += 1
         self._noise.advance()
+        self._withdrawal.advance()
         if len(self._replay) < max(self.config.learning_starts, self.config.batch_size):
             return {}
         rows = torch.from_numpy(self._replay.sample(self.config.batch_size)).to(self.device)
         return self.update(Batch.unpack(rows, self._replay.layout))
 
+    def _transition(self, step: Step) -> Transition:
+        decision, config = step.decision, self.config
+        dense_reward = step.info.get("dense_reward", 0.0)
+        charged = assisted_reward(
+            step.reward, dense_reward, decision.driver, config.gamma_p, price=config.controller_price
+        )
+        return Transition(
+            observation=step.observation,
+            action=decision.action,
+            reward=charged if config.charge_critic else step.reward,
+            switch_reward=charged,
+            discount=0.0 if step.terminated else 1.0,
+            next_observation=step.next_observation,
+            by_policy=float(decision.driver is Driver.POLICY),
+            controller_action=decision.action if decision.controller_action is None else decision.controller_action,
+        )
+
     def update(self, batch: Batch) -> Mapping[str, Tensor]:
         """One update: Critic-DQN by Eq. 4, policy by Eq. 5, then the soft targets."""
-        targets = bellman_targets(
-            batch, self.networks, self.target, self.config.gamma, self.config.critic_follows_switch
-        )
+        self._anneal()
+        targets = bellman_targets(batch, self.networks, self.target, self._target_rule(batch))
         loss = critic_dqn_loss(batch, self.networks.features(batch.x), self.networks, targets)
         self._critic_dqn.differentiate(loss.total)
         self._critic_optimizer.step()
-
-        with torch.no_grad():
-            features = self.networks.features(batch.x)
-        policy_objective = policy_loss(batch, features, self.networks, self.config.imitation)
-        self._policy.differentiate(policy_objective)
-        self._policy_optimizer.step()
-
-        self._target_critic_dqn.follow(self._critic_dqn, self.config.tau)
-        if self._asks_target_policy:
-            self._target_policy.follow(self._policy, self.config.tau)
-        self.updates += 1
-        learned = {"critic_loss": loss.critic.detach(), "policy_loss": policy_objective.detach()}
+        learned = {"critic_loss": loss.critic.detach()}
         if loss.switch is not None:
             learned["switch_loss"] = loss.switch.detach()
+
+        if self.updates % self.config.policy_every == 0:
+            with torch.no_grad():
+                features = self.networks.features(batch.x)
+            objective = policy_loss(batch, features, self.networks, self.config.imitation)
+            self._policy.differentiate(objective)
+            self._policy_optimizer.step()
+            self._target_policy.follow(self._policy, self.config.tau)
+            learned["policy_loss"] = objective.detach()
+
+        self._target_critic_dqn.follow(self._critic_dqn, self.config.tau)
+        self.updates += 1
         return learned
+
+    def _target_rule(self, batch: Batch) -> TargetRule:
+        """Q^A follows the switch as far as the controller may still drive."""
+        follow_switch = 1.0 - self._withdrawal.share if self._follows_switch else 0.0
+        noise, sigma = None, self.config.target_noise
+        if sigma:
+            noise = torch.empty_like(batch.a).normal_(0.0, sigma, generator=self._smoothing)
+            noise = noise.clamp_(-2.0 * sigma, 2.0 * sigma)
+        return TargetRule(self.config.gamma, follow_switch, noise)
+
+    def _anneal(self) -> None:
+        """Adam's steps shrink linearly over the last `annealing` of training."""
+        if not self.config.annealing:
+            return
+        left = 1.0 - self.steps / self._total_steps
+        scale = min(1.0, left / self.config.annealing)
+        self._critic_optimizer.param_groups[0]["lr"] = scale * self.config.critic_learning_rate
+        self._policy_optimizer.param_groups[0]["lr"] = scale * self.config.actor_learning_rate
 
     # Keeping ------------------------------------------------------------------------------------------------------
 
@@ -167,6 +203,7 @@ class AsDDPG:
             "target": self.target.state_dict(),
             "policy_optimizer": self._policy_optimizer.state_dict(),
             "critic_optimizer": self._critic_optimizer.state_dict(),
+            "steps": self.steps,
             "updates": self.updates,
         }
 
@@ -176,4 +213,4 @@ class AsDDPG:
         self.target.load_state_dict(state["target"])
         self._policy_optimizer.load_state_dict(state["policy_optimizer"])
         self._critic_optimizer.load_state_dict(state["critic_optimizer"])
-        self.updates = int(state["updates"])
+        self.steps, self.updates = int(state["steps"]), int(state["updates"])

@@ -7,14 +7,15 @@ import numpy as np
 import torch
 
 from asddpg.agent import AsDDPG
-from asddpg.config import ControllerConfig, RewardConfig, TaskConfig, TrainConfig
+from asddpg.config import ControllerConfig, RewardConfig, TaskConfig, TrainConfig, WithdrawalConfig
 from asddpg.controllers import Controller, make_controller
 from asddpg.errors import UserError
 from asddpg.exploration import OrnsteinUhlenbeckNoise
 from asddpg.networks import Networks, NetworkShape
-from asddpg.replay import ReplayBuffer
+from asddpg.replay import BalancedReplay, ReplayBuffer
 from asddpg.streams import stream
 from asddpg.types import Action
+from asddpg.withdrawal import Withdrawal
 from tasks import LaserConfig, NavigationConfig, Reward, gymnasium_id
 
 
@@ -59,16 +60,24 @@ def make_agent(config: TrainConfig, environment: gymnasium.Env) -> AsDDPG:
     assert environment.observation_space.shape is not None
     (observation_size,) = environment.observation_space.shape
     scan_shape = getattr(environment.unwrapped, "scan_shape", None)
+    learning, exploration, network = config.agent, config.exploration, config.network
     shape = NetworkShape(
-        observation_size, scan_shape, low.tolist(), high.tolist(), config.network.widths, config.network.layer_norm
+        observation_size,
+        scan_shape,
+        low.tolist(),
+        high.tolist(),
+        network.widths,
+        network.layer_norm,
+        learning.twin_critics,
+        network.shared_convolutions,
     )
-    learning, exploration = config.agent, config.exploration
+    kind_of_replay = BalancedReplay if learning.balanced_batches else ReplayBuffer
     controller = controller_for(environment, config.controller)
     return AsDDPG(
         networks=_initial_networks(shape, learning.assisted, stream(config.seed, "weights")),
         shape=shape,
         config=learning,
-        replay=ReplayBuffer(learning.buffer_size, observation_size, len(low), stream(config.seed, "replay")),
+        replay=kind_of_replay(learning.buffer_size, observation_size, len(low), stream(config.seed, "replay")),
         noise=OrnsteinUhlenbeckNoise(
             half_range=(high - low) / 2,
             theta=exploration.theta,
@@ -78,7 +87,21 @@ def make_agent(config: TrainConfig, environment: gymnasium.Env) -> AsDDPG:
             rng=stream(config.seed, "exploration"),
         ),
         controller=controller if learning.assisted else None,
+        withdrawal=_withdrawal(learning.withdrawal, config.total_steps, stream(config.seed, "withdrawal")),
+        total_steps=config.total_steps,
+        smoothing_seed=int(stream(config.seed, "smoothing").integers(2**63)),
         device=torch.device(config.device),
+    )
+
+
+def _withdrawal(config: WithdrawalConfig, total_steps: int, rng: np.random.Generator) -> Withdrawal:
+    return Withdrawal(
+        begin_step=config.begin * total_steps,
+        end_step=config.end * total_steps,
+        first_share=config.first_share,
+        last_share=config.last_share,
+        stretch_steps=config.stretch_steps,
+        rng=rng,
     )
 
 

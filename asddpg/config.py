@@ -34,6 +34,8 @@ class TaskConfig:
     goal_radius: float = 0.3
     # Steps after which an episode is broken off.
     time_limit_steps: int = 200
+    # m/s; the released code keeps v at 0.05 or more.
+    min_linear_velocity: float = 0.0
     # m/s.
     max_linear_velocity: float = 0.5
     # rad/s.
@@ -62,6 +64,23 @@ class NetworkConfig:
     widths: list[int] = field(default_factory=lambda: [256, 256, 256])
     # Whether the critic branch normalises each hidden layer (Ba et al., 2016).
     layer_norm: bool = False
+    # Whether the policy looks through the critic's convolutions, trained by Eq. 4, or has its own, trained by Eq. 5.
+    shared_convolutions: bool = False
+
+
+@dataclass
+class WithdrawalConfig:
+    """A schedule that takes the controller away: the share of episodes that the actor drives alone."""
+
+    # Share at first.
+    first_share: float = 0.0
+    # Share in the end.
+    last_share: float = 0.0
+    # Shares of training between which it goes from the one to the other.
+    begin: float = 0.2
+    end: float = 0.7
+    # Steps after which is drawn anew within an episode; 0 draws for whole episodes.
+    stretch_steps: int = 0
 
 
 @dataclass
@@ -87,12 +106,27 @@ class LearningConfig:
     learning_starts: int = 1000
     # γ_p on the controller's positive dense rewards; 1 makes its help free.
     gamma_p: float = 0.5
-    # Whether γ_p acts in y^A too, as in the paper's Eq. 4, or in y^Q alone.
+    # Taken off each of the controller's steps, under any reward.
+    controller_price: float = 0.0
+    # Whether γ_p and the price act in y^A too, as in the paper's Eq. 4, or in y^Q alone.
     charge_critic: bool = False
     # Whether Q^A bootstraps from the switch's value, Q'(x', argmax_σ Q), or from Q^A'(x', π'(x')), the paper's Eq. 4.
     critic_follows_switch: bool = True
     # Weight of imitating the controller where the critic prefers its action; 0 leaves the paper's Eq. 5.
     imitation: float = 1.0
+    # Steps that a return reaches ahead before it bootstraps.
+    n_steps: int = 1
+    # Two critics, the smaller one bootstraps (TD3, Fujimoto et al., 2018).
+    twin_critics: bool = False
+    # σ of the noise on π' in y^A, in units of half an action's range, cut at twice that (TD3).
+    target_noise: float = 0.0
+    # Updates of the critic for each of the policy (TD3).
+    policy_every: int = 1
+    # Whether a batch is half from the actor's steps and half from the controller's.
+    balanced_batches: bool = False
+    # Share of training, at its end, over which Adam's steps go to zero.
+    annealing: float = 0.0
+    withdrawal: WithdrawalConfig = field(default_factory=WithdrawalConfig)
 
 
 @dataclass
@@ -215,6 +249,7 @@ RULES: dict[str, Rule] = {
     "task.control_timestep": (_multiple_of_physics_step, "from 0.01 to 2 s and a multiple of the physics step, 5 ms"),
     "task.goal_radius": (lambda value: 0.1 <= value <= 2, "from 0.1 to 2 m"),
     "task.time_limit_steps": _POSITIVE,
+    "task.min_linear_velocity": _NOT_NEGATIVE,
     "task.max_linear_velocity": (lambda value: 0 < value <= 1.19, "above 0 and up to the robot's 1.19 m/s"),
     "task.max_angular_velocity": (lambda value: 0 < value <= 5.23, "above 0 and up to the robot's 5.23 rad/s"),
     "task.num_scans": (lambda value: 1 <= value <= 100, "from 1 to 100"),
@@ -236,6 +271,16 @@ RULES: dict[str, Rule] = {
     "agent.learning_starts": _NOT_NEGATIVE,
     "agent.gamma_p": _SHARE,
     "agent.imitation": _NOT_NEGATIVE,
+    "agent.controller_price": _NOT_NEGATIVE,
+    "agent.n_steps": (lambda value: 1 <= value <= 100, "from 1 to 100"),
+    "agent.target_noise": _NOT_NEGATIVE,
+    "agent.policy_every": _POSITIVE,
+    "agent.annealing": _SHARE,
+    "agent.withdrawal.first_share": _SHARE,
+    "agent.withdrawal.last_share": _SHARE,
+    "agent.withdrawal.begin": _SHARE,
+    "agent.withdrawal.end": _SHARE,
+    "agent.withdrawal.stretch_steps": _NOT_NEGATIVE,
     "controller.gains": (_two_finite, "two numbers within a million, P_l and P_r"),
     "exploration.theta": _SHARE,
     "exploration.sigma": _NOT_NEGATIVE,

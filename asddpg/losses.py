@@ -43,26 +43,53 @@ class Targets(NamedTuple):
     y_q: Tensor | None
 
 
+class TargetRule(NamedTuple):
+    """How y^A and y^Q bootstrap; the defaults are the paper's Eq. 4.
+
+    Attributes:
+        gamma: γ.
+        follow_switch: share w in which Q^A bootstraps from the switch's value and not from its own.
+        noise: of target smoothing, [B, A], in units of half an action's range; None for none.
+    """
+
+    gamma: float
+    follow_switch: float = 0.0
+    noise: Tensor | None = None
+
+
 @torch.no_grad()
-def bellman_targets(
-    batch: Batch, online: Networks, target: Networks, gamma: float, critic_follows_switch: bool = False
-) -> Targets:
+def bellman_targets(batch: Batch, online: Networks, target: Networks, rule: TargetRule) -> Targets:
     """Eq. 4, first two lines.
 
     y^A = r + γ Q^A'(x', π'(x')),  y^Q = r + γ Q'(x', argmax_σ Q(x', σ)): the online switch chooses, the target switch
     rates (double DQN). After the end of an episode nothing is added; after a time limit everything is.
+
+    With w = `follow_switch`, y^A = r + γ (w Q'(x', argmax_σ Q(x', σ)) + (1 − w) Q^A'(x', π'(x'))): what follows is
+    worth what the pair makes of it as far as the controller may still drive, and what the actor makes of it from there.
+    With twin critics Q^A' is the smaller of the two, and with `noise` π' is smoothed (TD3, Fujimoto et al., 2018).
     """
-    gamma_next = gamma * batch.discount
+    gamma_next = rule.gamma * batch.discount
     next_features = target.features(batch.x_next)
+    next_value = torch.zeros_like(batch.r)
     y_q = None
     if online.switch is not None and target.switch is not None:
         sigma = online.switch(online.features(batch.x_next)).argmax(dim=1, keepdim=True)
-        next_value = gamma_next * target.switch(next_features).gather(1, sigma).squeeze(1)
-        y_q = batch.r_switch + next_value
-        if critic_follows_switch:
-            return Targets(batch.r + next_value, y_q)
-    y_a = batch.r + gamma_next * target.critic(next_features, target.policy(batch.x_next))
-    return Targets(y_a, y_q)
+        pair_value = target.switch(next_features).gather(1, sigma).squeeze(1)
+        y_q = batch.r_switch + gamma_next * pair_value
+        next_value = rule.follow_switch * pair_value
+    if rule.follow_switch < 1.0:
+        actor_value = _actor_value(batch.x_next, next_features, target, rule.noise)
+        next_value = next_value + (1.0 - rule.follow_switch) * actor_value
+    return Targets(batch.r + gamma_next * next_value, y_q)
+
+
+def _actor_value(x: Tensor, features: Tensor, target: Networks, noise: Tensor | None) -> Tensor:
+    """Q^A'(x, π'(x)), [B]."""
+    action = target.policy(x)
+    if noise is not None:
+        action = target.policy_head.clip(action + noise * target.policy_head.half_range)
+    value: Tensor = target.critic(features, action)
+    return value if target.critic_twin is None else torch.minimum(value, target.critic_twin(features, action))
 
 
 class CriticLoss(NamedTuple):
@@ -74,8 +101,13 @@ class CriticLoss(NamedTuple):
 
 
 def critic_dqn_loss(batch: Batch, features: Tensor, online: Networks, targets: Targets) -> CriticLoss:
-    """Eq. 4, last line: L = mean (y^A − Q^A(x, a))² + mean (y^Q − Q(x, σ))²; `features` are the online ones of x."""
+    """Eq. 4, last line: L = mean (y^A − Q^A(x, a))² + mean (y^Q − Q(x, σ))²; `features` are the online ones of x.
+
+    A twin critic adds its own (y^A − Q^A(x, a))².
+    """
     critic = torch.square(targets.y_a - online.critic(features, batch.a)).mean()
+    if online.critic_twin is not None:
+        critic = critic + torch.square(targets.y_a - online.critic_twin(features, batch.a)).mean()
     if online.switch is None or targets.y_q is None:
         return CriticLoss(critic, critic, None)
     q = online.switch(features)

@@ -25,6 +25,8 @@ class NetworkShape(NamedTuple):
         action_high: largest action, physical units.
         widths: of the fully connected layers, alike in policy and critic.
         layer_norm: whether the critic branch normalises each hidden layer.
+        twin_critics: whether there are two critic branches (TD3).
+        shared_convolutions: whether the policy looks through the Critic-DQN's convolutions, which Eq. 4 then trains.
     """
 
     observation_size: int
@@ -33,6 +35,8 @@ class NetworkShape(NamedTuple):
     action_high: Sequence[float]
     widths: Sequence[int]
     layer_norm: bool = False
+    twin_critics: bool = False
+    shared_convolutions: bool = False
 
 
 class Features(nn.Module):
@@ -77,12 +81,17 @@ class PolicyHead(nn.Module):
         self.register_buffer("middle", (high + low) / 2, persistent=False)
         self.register_buffer("half_range", (high - low) / 2, persistent=False)
         # sigmoid(z) = (1 + tanh(z/2)) / 2: over its own range it is tanh of half the input.
-        self.register_buffer("steepness", torch.where(low == 0.0, 0.5, 1.0), persistent=False)
+        self.register_buffer("steepness", torch.where(low >= 0.0, 0.5, 1.0), persistent=False)
 
     def forward(self, features: Tensor) -> Tensor:  # [B, F] → [B, A], physical units
         """π(x) from the features of x."""
         squashed = torch.tanh(self.out(self.hidden(features)) * self.steepness)
         return self.middle + self.half_range * squashed
+
+    def clip(self, action: Tensor) -> Tensor:  # [B, A] → [B, A], physical units
+        """The nearest action within the bounds."""
+        low, high = self.middle - self.half_range, self.middle + self.half_range
+        return torch.minimum(torch.maximum(action, low), high)
 
 
 class CriticBranch(nn.Module):
@@ -133,21 +142,28 @@ class SwitchBranch(nn.Module):
 class Networks(nn.Module):
     """Everything that has a target: policy, critic branch and, where there is a controller, switch branch.
 
-    Policy and Critic-DQN have convolutions of their own, the two branches of the Critic-DQN share theirs: the paper
-    draws one feature extraction before all three and does not say whose gradient trains it.
+    Policy and Critic-DQN have convolutions of their own, the branches of the Critic-DQN share theirs: the paper draws
+    one feature extraction before all three and does not say whose gradient trains it. With `shared_convolutions` there
+    is one, and Eq. 4 trains it.
     """
 
     def __init__(self, shape: NetworkShape, with_switch: bool) -> None:
         super().__init__()
-        self.policy_features = Features(shape.observation_size, shape.scan_shape)
-        self.policy_head = PolicyHead(shape, self.policy_features.size)
+        own = not shape.shared_convolutions
+        self.policy_features = Features(shape.observation_size, shape.scan_shape) if own else None
         self.features = Features(shape.observation_size, shape.scan_shape)
+        self.policy_head = PolicyHead(shape, self.features.size)
         self.critic = CriticBranch(shape, self.features.size)
         self.switch = SwitchBranch(shape, self.features.size) if with_switch else None
+        self.critic_twin = CriticBranch(shape, self.features.size) if shape.twin_critics else None
 
     def policy(self, observation: Tensor) -> Tensor:  # [B, O] → [B, A], physical units
         """π(x)."""
-        action: Tensor = self.policy_head(self.policy_features(observation))
+        if self.policy_features is not None:
+            features = self.policy_features(observation)
+        else:
+            features = self.features(observation).detach()
+        action: Tensor = self.policy_head(features)
         return action
 
     def policy_parameters(self) -> list[nn.Parameter]:

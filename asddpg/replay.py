@@ -1,6 +1,6 @@
 """The replay buffer R of Algorithm 1."""
 
-from typing import NamedTuple
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -17,10 +17,27 @@ class Transition(NamedTuple):
     action: Action
     reward: float  # r of y^A
     switch_reward: float  # r of y^Q, which may charge for the controller's help
-    discount: float  # 0 after the end of an episode, 1 otherwise, a time limit included
+    discount: float  # 0 after the end of an episode, 1 otherwise, a time limit included; γ^(n − 1) over n steps
     next_observation: Observation
     by_policy: float  # σ: 1 where the policy drove, 0 where the controller did
     controller_action: Action  # what the controller would have done; the action itself where there is none
+
+
+class Replay(Protocol):
+    """Where transitions are kept and drawn from."""
+
+    @property
+    def layout(self) -> "Layout":
+        """Where each part of a transition stands in a row."""
+
+    def __len__(self) -> int:
+        """How many transitions are kept."""
+
+    def add(self, transition: Transition) -> None:
+        """Store a transition."""
+
+    def sample(self, batch_size: int) -> Float32Array:
+        """Draw transitions: packed rows, float32 (batch_size, layout.width)."""
 
 
 class ReplayBuffer:
@@ -60,6 +77,35 @@ class ReplayBuffer:
     def sample(self, batch_size: int) -> Float32Array:
         """Draw transitions uniformly, with replacement: packed rows, float32 (batch_size, layout.width)."""
         return self._rows[self._rng.integers(self._size, size=batch_size)]
+
+
+class BalancedReplay:
+    """Two rings, the policy's steps and the controller's: a batch is half from each."""
+
+    def __init__(self, capacity: int, observation_size: int, action_size: int, rng: np.random.Generator) -> None:
+        """Share room for `capacity` transitions between the two."""
+        self._policy, self._controller = (
+            ReplayBuffer(max(capacity // 2, 1), observation_size, action_size, rng) for _ in range(2)
+        )
+
+    def __len__(self) -> int:
+        return len(self._policy) + len(self._controller)
+
+    @property
+    def layout(self) -> "Layout":
+        """Where each part of a transition stands in a row."""
+        return self._policy.layout
+
+    def add(self, transition: Transition) -> None:
+        """Store a transition with its driver's."""
+        (self._policy if transition.by_policy else self._controller).add(transition)
+
+    def sample(self, batch_size: int) -> Float32Array:
+        """Draw half from each ring, all from one while the other is empty: float32 (batch_size, layout.width)."""
+        if not len(self._policy) or not len(self._controller):
+            return (self._policy if len(self._policy) else self._controller).sample(batch_size)
+        half = batch_size // 2
+        return np.concatenate([self._policy.sample(half), self._controller.sample(batch_size - half)])
 
 
 class Layout:

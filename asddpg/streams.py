@@ -4,7 +4,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-Stream = Literal["start_goal", "exploration", "replay", "weights"]
+Stream = Literal["start_goal", "exploration", "replay", "weights", "withdrawal", "smoothing"]
 
 
 def stream(seed: int, name: Stream) -> np.random.Generator:

@@ -31,7 +31,9 @@ class NavigationConfig:
     goal_radius: float = constants.GOAL_RADIUS
     # Steps after which an episode is broken off; a limit of time, not an end (discount 1).
     time_limit_steps: int = constants.TIME_LIMIT_STEPS
-    # m/s, the largest forward speed commanded; the smallest is 0.
+    # m/s, the smallest forward speed commanded; the released code keeps 0.05.
+    min_linear_velocity: float = 0.0
+    # m/s, the largest forward speed commanded.
     max_linear_velocity: float = constants.MAX_LINEAR_VELOCITY
     # rad/s, the largest turn rate commanded, either way.
     max_angular_velocity: float = constants.MAX_ANGULAR_VELOCITY
@@ -50,6 +52,9 @@ class NavigationConfig:
         for name, limit in limits:
             if not 0.0 < getattr(self, name) <= limit + 1e-9:
                 raise TaskError(f"{name} must be above 0 and up to the robot's {limit:.4g}, not {getattr(self, name)}")
+        if not 0.0 <= self.min_linear_velocity < self.max_linear_velocity:
+            wanted = f"0 or more and below max_linear_velocity, {self.max_linear_velocity}"
+            raise TaskError(f"min_linear_velocity must be {wanted}, not {self.min_linear_velocity}")
 
 
 class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
@@ -113,7 +118,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         limits = self.config
         linear, angular = float(action[0]), float(action[1])
         physics.set_velocity_command(
-            min(max(linear, 0.0), limits.max_linear_velocity),
+            min(max(linear, limits.min_linear_velocity), limits.max_linear_velocity),
             min(max(angular, -limits.max_angular_velocity), limits.max_angular_velocity),
         )
 
@@ -169,7 +174,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         return specs.BoundedArray(
             shape=(2,),
             dtype=np.float64,
-            minimum=[0.0, -limits.max_angular_velocity],
+            minimum=[limits.min_linear_velocity, -limits.max_angular_velocity],
             maximum=[limits.max_linear_velocity, limits.max_angular_velocity],
             name="velocity_command",
         )

@@ -20,6 +20,8 @@ CORE = (
     "flat",
     "assistance",
     "agent",
+    "n_step",
+    "withdrawal",
     "drivers",
     "streams",
 )

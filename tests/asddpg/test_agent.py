@@ -9,15 +9,16 @@ import pytest
 import torch
 
 from asddpg.agent import AsDDPG
-from asddpg.config import LearningConfig
+from asddpg.config import LearningConfig, WithdrawalConfig
 from asddpg.controllers import ProportionalController
 from asddpg.drivers import actor_alone
 from asddpg.exploration import OrnsteinUhlenbeckNoise
 from asddpg.loop import run_episode
-from asddpg.losses import Batch, bellman_targets, critic_dqn_loss, policy_loss
+from asddpg.losses import Batch, TargetRule, bellman_targets, critic_dqn_loss, policy_loss
 from asddpg.networks import Networks, NetworkShape
 from asddpg.replay import ReplayBuffer
 from asddpg.types import Action, Decision, Driver, Observation, Step
+from asddpg.withdrawal import Withdrawal
 
 LOW, HIGH = np.array([0.0, -1.0], dtype=np.float32), np.array([0.5, 1.0], dtype=np.float32)
 
@@ -53,7 +54,7 @@ def make_agent(controller: Any, seed: int = 0, **learning: Any) -> AsDDPG:
     assisted = controller is not None
     settings = {"critic_follows_switch": assisted, "imitation": float(assisted)} | learning
     config = LearningConfig(learning_starts=100, actor_learning_rate=1e-3, gamma=0.5, assisted=assisted, **settings)
-    shape = NetworkShape(3, None, LOW.tolist(), HIGH.tolist(), (32, 32))
+    shape = NetworkShape(3, None, LOW.tolist(), HIGH.tolist(), (32, 32), twin_critics=config.twin_critics)
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
     return AsDDPG(
@@ -63,6 +64,11 @@ def make_agent(controller: Any, seed: int = 0, **learning: Any) -> AsDDPG:
         replay=ReplayBuffer(5000, 3, 2, rng),
         noise=OrnsteinUhlenbeckNoise((HIGH - LOW) / 2, 0.15, 0.3, 0, 1.0, rng),
         controller=controller,
+        withdrawal=Withdrawal(
+            1000, 2000, config.withdrawal.first_share, config.withdrawal.last_share, 0, np.random.default_rng(seed)
+        ),
+        total_steps=3000,
+        smoothing_seed=seed,
         device=torch.device("cpu"),
     )
 
@@ -79,12 +85,14 @@ def mean_reward(agent: Any) -> float:
 
 
 PAPER = {"critic_follows_switch": False, "imitation": 0.0, "charge_critic": True}
+TWIN = {"twin_critics": True, "target_noise": 0.1, "policy_every": 2, "n_steps": 3, "critic_follows_switch": False}
+WITHDRAWN = {"withdrawal": WithdrawalConfig(last_share=1.0), "annealing": 0.3}
 
 
 @pytest.mark.parametrize(
     ("controller", "learning"),
-    [(None, {}), (Useless(), PAPER), (Useless(), {})],
-    ids=["ddpg", "asddpg_paper", "asddpg"],
+    [(None, {}), (Useless(), PAPER), (Useless(), {}), (Useless(), TWIN), (Useless(), WITHDRAWN)],
+    ids=["ddpg", "asddpg_paper", "asddpg", "twin critics", "withdrawn"],
 )
 def test_learns_an_identity_task(controller: Any, learning: dict[str, Any]) -> None:
     agent = make_agent(controller, **learning)
@@ -92,7 +100,7 @@ def test_learns_an_identity_task(controller: Any, learning: dict[str, Any]) -> N
     train(agent, 3000)
     after = mean_reward(actor_alone(agent))
     assert before < -0.1
-    assert after > -0.01
+    assert after > -0.01, after
 
 
 def random_batch(size: int = 16) -> Batch:
@@ -118,14 +126,15 @@ def test_an_update_is_critic_then_policy_then_targets(learning: dict[str, Any]) 
             for parameter, gradient in zip(parameters, gradients, strict=True):
                 parameter.sub_(rate * gradient / (gradient.abs() + 1e-8))
 
-    targets = bellman_targets(batch, twin, target, config.gamma, config.critic_follows_switch)
+    rule = TargetRule(config.gamma, follow_switch=float(config.critic_follows_switch))
+    targets = bellman_targets(batch, twin, target, rule)
     loss = critic_dqn_loss(batch, twin.features(batch.x), twin, targets)
     step(twin.critic_dqn_parameters(), loss.total, config.critic_learning_rate)
     objective = policy_loss(batch, twin.features(batch.x).detach(), twin, config.imitation)
     step(twin.policy_parameters(), objective, config.actor_learning_rate)
     for (name, found), expected in zip(agent.networks.named_parameters(), twin.parameters(), strict=True):
         torch.testing.assert_close(found, expected, rtol=1e-4, atol=1e-6, msg=name)
-    followed = [name for name, _ in twin.named_parameters() if learning or not name.startswith("policy")]
+    followed = [name for name, _ in twin.named_parameters()]
     online, before = dict(agent.networks.named_parameters()), dict(target.named_parameters())
     for name in followed:
         between = config.tau * online[name] + (1 - config.tau) * before[name]
@@ -186,6 +195,7 @@ def stored(agent: AsDDPG, **changes: Any) -> Mapping[str, float]:
     decision = Decision(LOW, changes.pop("driver", Driver.POLICY))
     values: dict[str, Any] = {"reward": 1.0, "terminated": False, "truncated": False, "info": {}} | changes
     agent.learn(Step(observation, decision, next_observation=observation, **values))
+    assert isinstance(agent._replay, ReplayBuffer)
     layout = agent._replay.layout
     row = agent._replay._rows[len(agent._replay) - 1]
     return {name: row[getattr(layout, name)] for name in ("discount", "reward", "switch_reward", "by_policy")}

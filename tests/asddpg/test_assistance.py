@@ -42,3 +42,9 @@ def test_never_acts_under_the_sparse_reward(outcome: Outcome) -> None:
 
 def test_one_is_free() -> None:
     assert assisted_reward(0.08, 0.08, Driver.CONTROLLER, gamma_p=1.0) == 0.08
+
+
+def test_a_price_is_taken_off_the_controllers_steps_under_any_reward() -> None:
+    assert assisted_reward(-0.05, -0.05, Driver.CONTROLLER, gamma_p=0.5, price=0.1) == pytest.approx(-0.15)
+    assert assisted_reward(0.08, 0.08, Driver.CONTROLLER, gamma_p=0.5, price=0.1) == pytest.approx(-0.06)
+    assert assisted_reward(-0.05, -0.05, Driver.POLICY, gamma_p=0.5, price=0.1) == -0.05

@@ -7,7 +7,7 @@ import pytest
 import torch
 
 from asddpg.flat import FlatParameters
-from asddpg.losses import Batch, advantage, bellman_targets, critic_dqn_loss, policy_loss
+from asddpg.losses import Batch, TargetRule, advantage, bellman_targets, critic_dqn_loss, policy_loss
 from asddpg.networks import CONTROLLER, POLICY, Networks, NetworkShape
 from tests.asddpg.reference import F64, Reference
 
@@ -21,9 +21,9 @@ SEEDS = pytest.mark.parametrize("seed", range(5))
 DTYPES = pytest.mark.parametrize("dtype", [torch.float64, torch.float32], ids=["float64", "float32"])
 
 
-def make_networks(seed: int, with_switch: bool = True, dtype: torch.dtype = torch.float64) -> Networks:
+def make_networks(seed: int, with_switch: bool = True, dtype: torch.dtype = torch.float64, **options: bool) -> Networks:
     torch.manual_seed(seed)
-    shape = NetworkShape(SIZE, SCANS, LOW.tolist(), HIGH.tolist(), (32, 24, 16))
+    shape = NetworkShape(SIZE, SCANS, LOW.tolist(), HIGH.tolist(), (32, 24, 16), **options)
     networks = Networks(shape, with_switch).to(dtype)
     with torch.no_grad():  # output layers begin so small that a mistake in them would not show
         for parameter in networks.parameters():
@@ -72,7 +72,7 @@ def reference_targets(batch: Batch, online: Reference, target: Reference) -> tup
 def test_targets_equal_the_reference(seed: int, dtype: torch.dtype) -> None:
     online, target = make_networks(seed, dtype=dtype), make_networks(seed + 100, dtype=dtype)
     batch = make_batch(seed, dtype=dtype)
-    targets = bellman_targets(batch, online, target, GAMMA)
+    targets = bellman_targets(batch, online, target, TargetRule(GAMMA))
     y_a, y_q = reference_targets(batch, reference_of(online), reference_of(target))
     # In float32 a target is a sum of numbers about 1, so that one near 0 is exact only to their rounding.
     rounding = 1e-6 if dtype is torch.float32 else 0.0
@@ -84,15 +84,66 @@ def test_targets_equal_the_reference(seed: int, dtype: torch.dtype) -> None:
 @SEEDS
 def test_the_critic_may_follow_the_switch(seed: int) -> None:
     online, target, batch = make_networks(seed), make_networks(seed + 100), make_batch(seed)
-    targets = bellman_targets(batch, online, target, GAMMA, critic_follows_switch=True)
+    targets = bellman_targets(batch, online, target, TargetRule(GAMMA, follow_switch=1.0))
     _, y_q = reference_targets(batch, reference_of(online), reference_of(target))
     _, _, r, r_switch, *_ = arrays(batch)
     np.testing.assert_allclose(targets.y_a.numpy(), y_q - r_switch + r, rtol=1e-5)
 
 
+def test_the_critic_follows_the_switch_as_far_as_the_controller_may_drive() -> None:
+    online, target, batch = make_networks(0), make_networks(1), make_batch(0)
+    alone, both, pair = (bellman_targets(batch, online, target, TargetRule(GAMMA, w)).y_a for w in (0.0, 0.3, 1.0))
+    torch.testing.assert_close(both, 0.7 * alone + 0.3 * pair)
+
+
+def twin_reference(networks: Networks) -> Reference:
+    """The reference with the twin critic in the first one's place."""
+    reference = reference_of(networks)
+    twin = {name: value for name, value in reference.weights.items() if name.startswith("critic_twin")}
+    renamed = {name.replace("critic_twin", "critic"): value for name, value in twin.items()}
+    return Reference({**reference.weights, **renamed}, SCANS, LOW, HIGH)
+
+
+@SEEDS
+def test_of_twin_critics_the_smaller_one_bootstraps_and_both_learn(seed: int) -> None:
+    online, target = (make_networks(seed + offset, twin_critics=True) for offset in (0, 100))
+    batch = make_batch(seed)
+    targets = bellman_targets(batch, online, target, TargetRule(GAMMA))
+    x, a, r, _, discount, _, x_next, _ = arrays(batch)
+    first, second = reference_of(target), twin_reference(target)
+    action = first.policy(x_next)
+    y_a = r + GAMMA * discount * np.minimum(first.q_a(x_next, action), second.q_a(x_next, action))
+    np.testing.assert_allclose(targets.y_a.numpy(), y_a, rtol=1e-5)
+    loss = critic_dqn_loss(batch, online.features(batch.x), online, targets)
+    errors = [np.mean((y_a - reference.q_a(x, a)) ** 2) for reference in (reference_of(online), twin_reference(online))]
+    np.testing.assert_allclose(loss.critic.item(), sum(errors), rtol=1e-5)
+
+
+def test_target_smoothing_moves_the_target_action_within_its_bounds() -> None:
+    online, target, batch = make_networks(0), make_networks(1), make_batch(0)
+    noise = torch.full_like(batch.a, 10.0)
+    targets = bellman_targets(batch, online, target, TargetRule(GAMMA, noise=noise))
+    _, _, r, _, discount, _, x_next, _ = arrays(batch)
+    y_a = r + GAMMA * discount * reference_of(target).q_a(x_next, np.tile(HIGH, (len(r), 1)))
+    np.testing.assert_allclose(targets.y_a.numpy(), y_a, rtol=1e-5)
+
+
+def test_shared_convolutions_are_trained_by_the_critic_alone() -> None:
+    networks = make_networks(0, shared_convolutions=True)
+    names = {id(parameter): name for name, parameter in networks.named_parameters()}
+    policy = {names[id(parameter)] for parameter in networks.policy_parameters()}
+    critic = {names[id(parameter)] for parameter in networks.critic_dqn_parameters()}
+    assert any(name.startswith("features.") for name in critic)
+    assert all(name.startswith("policy_head.") for name in policy)
+    batch = make_batch(0)
+    objective = policy_loss(batch, networks.features(batch.x).detach(), networks)
+    gradients = torch.autograd.grad(objective, list(networks.features.parameters()), allow_unused=True)
+    assert gradients == (None,) * len(gradients)
+
+
 def test_nothing_follows_an_end_and_everything_a_time_limit() -> None:
     online, target, batch = make_networks(0), make_networks(1), make_batch(0)
-    targets = bellman_targets(batch, online, target, GAMMA)
+    targets = bellman_targets(batch, online, target, TargetRule(GAMMA))
     ended = batch.discount == 0.0
     assert torch.equal(targets.y_a[ended], batch.r[ended])
     assert torch.all(targets.y_a[~ended] != batch.r[~ended])
@@ -103,7 +154,7 @@ def test_nothing_follows_an_end_and_everything_a_time_limit() -> None:
 def test_loss_equals_the_reference(seed: int, dtype: torch.dtype) -> None:
     online, target = make_networks(seed, dtype=dtype), make_networks(seed + 100, dtype=dtype)
     batch = make_batch(seed, dtype=dtype)
-    targets = bellman_targets(batch, online, target, GAMMA)
+    targets = bellman_targets(batch, online, target, TargetRule(GAMMA))
     loss = critic_dqn_loss(batch, online.features(batch.x), online, targets)
     reference = reference_of(online)
     y_a, y_q = reference_targets(batch, reference, reference_of(target))
@@ -193,7 +244,7 @@ def test_soft_update_equals_the_reference(tau: float) -> None:
 def test_flat_gradient_is_autograds() -> None:
     online, target, batch = make_networks(0), make_networks(1), make_batch(0)
     twin = copy.deepcopy(online)
-    targets = bellman_targets(batch, online, target, GAMMA)
+    targets = bellman_targets(batch, online, target, TargetRule(GAMMA))
     flat = FlatParameters(online.critic_dqn_parameters())
     flat.differentiate(critic_dqn_loss(batch, online.features(batch.x), online, targets).total)
     critic_dqn_loss(batch, twin.features(batch.x), twin, targets).total.backward()  # type: ignore[no-untyped-call]
@@ -204,7 +255,7 @@ def test_flat_gradient_is_autograds() -> None:
 
 def test_without_a_switch_there_is_one_loss() -> None:
     online, target, batch = make_networks(0, with_switch=False), make_networks(1, with_switch=False), make_batch(0)
-    targets = bellman_targets(batch, online, target, GAMMA)
+    targets = bellman_targets(batch, online, target, TargetRule(GAMMA))
     loss = critic_dqn_loss(batch, online.features(batch.x), online, targets)
     assert targets.y_q is None
     assert loss.switch is None

@@ -1,0 +1,58 @@
+"""How the training wheels come off: a schedule of episodes, or stretches of them, that the actor drives alone."""
+
+import numpy as np
+
+
+class Withdrawal:
+    """Decides when the controller may drive at all; where it may, the switch decides as ever.
+
+    The share of episodes that the actor drives alone rises linearly from `first_share` to `last_share` between two
+    steps of training.
+    """
+
+    def __init__(
+        self,
+        begin_step: float,
+        end_step: float,
+        first_share: float,
+        last_share: float,
+        stretch_steps: int,
+        rng: np.random.Generator,
+    ) -> None:
+        """Lay down the schedule.
+
+        Args:
+            begin_step: steps of training up to which the share is `first_share`.
+            end_step: steps of training from which it is `last_share`.
+            first_share: share of the episodes driven by the actor alone, 0 to 1.
+            last_share: the same at the end.
+            stretch_steps: steps after which is drawn anew within an episode; 0 draws for whole episodes.
+            rng: source of randomness.
+        """
+        self._begin, self._end = begin_step, end_step
+        self._first, self._last = first_share, last_share
+        self._stretch_steps = stretch_steps
+        self._rng = rng
+        self._steps = 0
+        self._steps_since_draw = 0
+        self.is_alone = False
+
+    @property
+    def share(self) -> float:
+        """Present share of episodes that the actor drives alone."""
+        if self._steps >= self._end:
+            return self._last
+        passed = max(0.0, self._steps - self._begin) / max(self._end - self._begin, 1.0)
+        return self._first + passed * (self._last - self._first)
+
+    def begin_episode(self) -> None:
+        """Draw who may drive in it."""
+        self.is_alone = bool(self._rng.random() < self.share)
+        self._steps_since_draw = 0
+
+    def advance(self) -> None:
+        """One step of training has passed."""
+        self._steps += 1
+        self._steps_since_draw += 1
+        if self._stretch_steps and self._steps_since_draw >= self._stretch_steps:
+            self.begin_episode()
