@@ -59,8 +59,8 @@ def make_agent(config: TrainConfig, environment: gymnasium.Env) -> AsDDPG:
     low, high = action_bounds(environment)
     assert environment.observation_space.shape is not None
     (observation_size,) = environment.observation_space.shape
-    scan_shape = getattr(environment.unwrapped, "scan_shape", None)
     learning, exploration, network = config.agent, config.exploration, config.network
+    scan_shape = None if network.convolutions == "none" else getattr(environment.unwrapped, "scan_shape", None)
     shape = NetworkShape(
         observation_size,
         scan_shape,
@@ -69,7 +69,7 @@ def make_agent(config: TrainConfig, environment: gymnasium.Env) -> AsDDPG:
         network.widths,
         network.layer_norm,
         learning.twin_critics,
-        network.shared_convolutions,
+        network.convolutions == "shared",
     )
     kind_of_replay = BalancedReplay if learning.balanced_batches else ReplayBuffer
     controller = controller_for(environment, config.controller)

@@ -64,8 +64,9 @@ class NetworkConfig:
     widths: list[int] = field(default_factory=lambda: [256, 256, 256])
     # Whether the critic branch normalises each hidden layer (Ba et al., 2016).
     layer_norm: bool = False
-    # Whether the policy looks through the critic's convolutions, trained by Eq. 4, or has its own, trained by Eq. 5.
-    shared_convolutions: bool = False
+    # separate: policy and critic each have their own; shared: the policy looks through the critic's, trained by Eq. 4;
+    # none: the scan goes straight to the fully connected layers, as in the released code.
+    convolutions: str = "separate"
 
 
 @dataclass
@@ -262,6 +263,7 @@ RULES: dict[str, Rule] = {
     "reward.reach": _NOT_NEGATIVE,
     "reward.crash": (lambda value: value <= 0, "0 or less"),
     "network.widths": (_layers, "two or more layers of 1 to 65536 neurons"),
+    "network.convolutions": (lambda value: value in ("separate", "shared", "none"), "separate, shared or none"),
     "agent.gamma": (lambda value: 0 <= value < 1, "from 0 to below 1"),
     "agent.tau": (lambda value: 0 < value <= 1, "above 0 and up to 1"),
     "agent.actor_learning_rate": _POSITIVE,
@@ -282,7 +284,7 @@ RULES: dict[str, Rule] = {
     "agent.withdrawal.end": _SHARE,
     "agent.withdrawal.stretch_steps": _NOT_NEGATIVE,
     "controller.gains": (_two_finite, "two numbers within a million, P_l and P_r"),
-    "exploration.theta": _SHARE,
+    "exploration.theta": (lambda value: 0 <= value < 2, "from 0 to below 2, where the noise would grow without bound"),
     "exploration.sigma": _NOT_NEGATIVE,
     "exploration.decay_steps": _NOT_NEGATIVE,
     "exploration.final_scale": _SHARE,
