@@ -10,6 +10,7 @@ from asddpg.types import Episode, Observation, Step
 from tasks.held_out import Pair
 
 OUTCOMES = {"reached": "reached", "crashed": "crashed", "timeout": "out of time"}
+NEAR = 1.0  # m from the goal
 REGION = 2.0  # m, side of the squares that goals are grouped by
 WORST, SHOWN = 5, 3  # regions, and pairs of each, that are written out
 
@@ -63,8 +64,13 @@ def report(drives: Sequence[Drive]) -> str:
     failed = [drive for drive in drives if drive.failed]
     if not failed:
         return f"On none of the {len(drives)} pairs."
-    kinds = f"It fails on {len(failed)} of {len(drives)} pairs: {_kinds(failed)}. By length of the shortest path:"
-    return "\n\n".join([kinds, _length_table(drives), *_region_table(drives, len(failed))])
+    near = sum(math.dist(drive.end, drive.pair.goal) < NEAR for drive in failed)
+    kinds = (
+        f"It fails on {len(failed)} of {len(drives)} pairs: {_kinds(failed)}; {near} end within {NEAR:g} m of the goal."
+    )
+    return "\n\n".join(
+        [kinds, "By length of the shortest path:", _length_table(drives), *_region_table(drives, len(failed))]
+    )
 
 
 def _kinds(drives: Iterable[Drive]) -> str:

@@ -6,7 +6,7 @@ from tools.failures import Drive, report
 
 
 def drive(goal: tuple[float, float], length: float, outcome: str) -> Drive:
-    return Drive(Pair(Pose(0.0, 0.0, 0.0), goal, length), outcome, (1.0, -1.0))
+    return Drive(Pair(Pose(0.0, 0.0, 0.0), goal, length), outcome, (1.0, 0.0))
 
 
 def test_nothing_failed() -> None:
@@ -21,7 +21,7 @@ def test_kinds_lengths_and_regions() -> None:
         drive((-1.0, 1.0), 1.5, "timeout"),
     ]
     text = report(drives)
-    assert "It fails on 4 of 5 pairs: 2 crashed, 2 out of time." in text
+    assert "It fails on 4 of 5 pairs: 2 crashed, 2 out of time; 0 end within 1 m of the goal." in text
     assert "| 2 to 3 m | 3 | 1 | 2 | 0 |" in text
     assert "| 3 to 4 m | 1 | 0 | 0 | 1 |" in text
     rows = [line for line in text.splitlines() if line.startswith("| x ")]
@@ -34,5 +34,6 @@ def test_kinds_lengths_and_regions() -> None:
 def test_only_the_worst_are_written_out() -> None:
     drives = [drive((2.0 * index + 0.5, 0.5), 2.0, "crashed") for index in range(8)]
     text = report(drives)
+    assert "It fails on 8 of 8 pairs: 8 crashed; 1 end within 1 m of the goal." in text
     assert len([line for line in text.splitlines() if line.startswith("| x ")]) == 5
     assert "The other 3 lie elsewhere; `test.json` lists every failure" in text
