@@ -54,30 +54,37 @@ def controller_for(environment: gymnasium.Env, config: ControllerConfig) -> Cont
     return controller
 
 
-def make_agent(config: TrainConfig, environment: gymnasium.Env) -> AsDDPG:
-    """The agent of a run, untrained, its random streams from the run's seed."""
+def network_shape(config: TrainConfig, environment: gymnasium.Env) -> NetworkShape:
+    """What the networks of a configuration are built for in an environment."""
     low, high = action_bounds(environment)
     assert environment.observation_space.shape is not None
     (observation_size,) = environment.observation_space.shape
-    learning, exploration, network = config.agent, config.exploration, config.network
+    network = config.network
     scan_shape = None if network.convolutions == "none" else getattr(environment.unwrapped, "scan_shape", None)
-    shape = NetworkShape(
+    return NetworkShape(
         observation_size,
         scan_shape,
         low.tolist(),
         high.tolist(),
         network.widths,
         network.layer_norm,
-        learning.twin_critics,
+        config.agent.twin_critics,
         network.convolutions == "shared",
     )
+
+
+def make_agent(config: TrainConfig, environment: gymnasium.Env) -> AsDDPG:
+    """The agent of a run, untrained, its random streams from the run's seed."""
+    low, high = action_bounds(environment)
+    shape = network_shape(config, environment)
+    learning, exploration = config.agent, config.exploration
     kind_of_replay = BalancedReplay if learning.balanced_batches else ReplayBuffer
     controller = controller_for(environment, config.controller)
     return AsDDPG(
         networks=_initial_networks(shape, learning.assisted, stream(config.seed, "weights")),
         shape=shape,
         config=learning,
-        replay=kind_of_replay(learning.buffer_size, observation_size, len(low), stream(config.seed, "replay")),
+        replay=kind_of_replay(learning.buffer_size, shape.observation_size, len(low), stream(config.seed, "replay")),
         noise=OrnsteinUhlenbeckNoise(
             half_range=(high - low) / 2,
             theta=exploration.theta,

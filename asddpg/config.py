@@ -191,9 +191,9 @@ class TrainConfig:
 class EvaluateConfig:
     """`python -m asddpg.evaluate`."""
 
-    # Folder of a training run; null with agent=controller or agent=random.
+    # Folder of a training run, or pretrained:<name>; null with agent=controller or agent=random.
     run: str | None = None
-    # Checkpoint of the run: last or best.
+    # Checkpoint of a run's folder: last or best.
     checkpoint: str = "last"
     # Who drives a trained run: actor (alone, no noise) or switch (actor and controller).
     driver: str = "actor"

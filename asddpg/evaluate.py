@@ -1,6 +1,7 @@
 """Evaluate: `python -m asddpg.evaluate run=<run_dir> episodes=200`.
 
-A baseline needs no run: `python -m asddpg.evaluate agent=controller task=nav_complex`.
+A policy that the project brings along is run=pretrained:nav_complex. A baseline needs no run:
+`python -m asddpg.evaluate agent=controller task=nav_complex`.
 """
 
 import dataclasses
@@ -12,20 +13,19 @@ from typing import Any
 import gymnasium
 import numpy as np
 from omegaconf import OmegaConf
-from omegaconf.errors import OmegaConfBaseException
 
-from asddpg import checkpoint
 from asddpg.build import action_bounds, check_device, controller_for, make_agent, make_environment, prepare_torch
-from asddpg.compose import BASELINES, evaluate_config, first_line, option_names, train_config
-from asddpg.config import ControllerConfig, EvaluateConfig, TrainConfig, check
+from asddpg.compose import BASELINES, evaluate_config, option_names, train_config
+from asddpg.config import ControllerConfig, EvaluateConfig, TrainConfig
 from asddpg.drivers import FixedDriver, actor_alone, controller_alone, random_actor, with_switch
 from asddpg.errors import UserError
 from asddpg.evaluation import evaluate, table
 from asddpg.observers.progress import EpisodeBar
 from asddpg.program import run
-from asddpg.run_folder import RunFolder, open_run_folder, read_config, write_json
+from asddpg.run_folder import write_json
 from asddpg.streams import stream
 from asddpg.train import hash_of, versions
+from asddpg.trained import open_trained
 from tasks import ALL_TASKS
 from tasks.fresh_pairs import fresh_pairs, stored_pairs
 from tasks.held_out import Pair
@@ -41,42 +41,31 @@ def main(words: Sequence[str]) -> None:
     if config.agent is not None:
         _evaluate_baseline(config)
     elif config.run is not None:
-        _evaluate_run(config, open_run_folder(config.run))
+        _evaluate_run(config, config.run)
     else:
-        raise UserError(f"evaluate what? run=<run_dir>, or agent={'|'.join(BASELINES)} with task=")
+        raise UserError(
+            f"evaluate what? run=<run_dir> or run=pretrained:<name>, or agent={'|'.join(BASELINES)} with task="
+        )
 
 
-def _evaluate_run(config: EvaluateConfig, folder: RunFolder) -> None:
+def _evaluate_run(config: EvaluateConfig, run: str) -> None:
     if config.controller != ControllerConfig():
         raise UserError("a run brings its own controller; controller.* is for agent=controller")
-    trained, made_with = _trained_config(folder)
+    opened = open_trained(run, config.checkpoint)
+    trained = opened.config
     trained.device = config.device
     is_other_task = config.task not in (None, trained.task.name)
     trained.task.name = config.task or trained.task.name
     environment = make_environment(trained.task, trained.reward)
     agent = make_agent(trained, environment)
-    step = checkpoint.load(folder.checkpoint(config.checkpoint), agent)
+    step = opened.load_into(agent)
     if config.driver == "switch" and agent.controller is None:
         raise UserError("driver=switch needs a run with a controller, and this one is DDPG; driver=actor works")
     driver = with_switch(agent) if config.driver == "switch" else actor_alone(agent)
-    if not is_other_task and hash_of(environment) != made_with.get("model_hash"):
+    if not is_other_task and hash_of(environment) != opened.made_with.get("model_hash"):
         print("note: the scene's model is not the one this run was trained on")
-    what = f"{folder.path}, {config.checkpoint} checkpoint (step {step}), driver {config.driver}"
-    _drive(config, trained, environment, driver, what, folder.evaluation)
-
-
-def _trained_config(folder: RunFolder) -> tuple[TrainConfig, dict[str, str]]:
-    values, made_with = read_config(folder)
-    try:
-        merged = OmegaConf.merge(OmegaConf.structured(TrainConfig), values)
-        trained = OmegaConf.to_object(merged)
-        assert isinstance(trained, TrainConfig)
-        check(trained)
-    except (OmegaConfBaseException, UserError) as error:
-        raise UserError(f"{folder.config} is not a configuration of this version: {first_line(error)}") from error
-    if trained.task.name not in ALL_TASKS:
-        raise UserError(f"{folder.config} names no task of this version: {trained.task.name!r}")
-    return trained, made_with
+    what = f"{opened.title} (step {step}), driver {config.driver}"
+    _drive(config, trained, environment, driver, what, opened.evaluation)
 
 
 def _evaluate_baseline(config: EvaluateConfig) -> None:

@@ -106,13 +106,14 @@ def table(columns: dict[str, Figures]) -> str:
     }
     lines = [f"{'':15}" + "".join(f"{name:>27}" for name in columns)]
     for title, (field, form) in rows.items():
-        cells = (_cell(getattr(figures, field), form) for figures in columns.values())
+        cells = (cell(getattr(figures, field), form) for figures in columns.values())
         lines.append(f"{title:15}" + "".join(f"{cell:>27}" for cell in cells))
     counts = ", ".join(str(figures.episodes) for figures in columns.values())
     return "\n".join([*lines, f"in brackets the 95 % interval; {counts} episodes"])
 
 
-def _cell(figure: Estimate, form: str) -> str:
+def cell(figure: Estimate, form: str) -> str:
+    """A figure and its interval as text, each number in a form such as {:.3f}."""
     if figure.value is None:
         return "–"
     if figure.low is None or figure.high is None:

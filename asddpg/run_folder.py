@@ -7,9 +7,13 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+from omegaconf import OmegaConf
+from omegaconf.errors import OmegaConfBaseException
 
-from asddpg.config import TrainConfig
+from asddpg.compose import first_line
+from asddpg.config import TrainConfig, check
 from asddpg.errors import UserError
+from tasks import ALL_TASKS
 
 
 @dataclass(frozen=True)
@@ -106,20 +110,34 @@ def open_run_folder(path: str) -> RunFolder:
     return folder
 
 
-def write_config(folder: RunFolder, config: dict[str, Any], made_with: dict[str, str]) -> None:
+def write_config(path: Path, config: dict[str, Any], made_with: dict[str, str]) -> None:
     """Write the resolved configuration, and versions and model hash under `made_with`."""
     text = yaml.safe_dump({**config, "made_with": made_with}, sort_keys=False, allow_unicode=True)
-    folder.config.write_text(text, encoding="utf-8")
+    path.write_text(text, encoding="utf-8")
 
 
-def read_config(folder: RunFolder) -> tuple[dict[str, Any], dict[str, str]]:
-    """The configuration of a run and what it was made with.
+def read_training(path: Path) -> tuple[TrainConfig, dict[str, str]]:
+    """The configuration of a training, checked, and what it was made with.
 
     Raises:
-        UserError: the file is damaged.
+        UserError: the file is damaged, or of a version with other options or tasks.
     """
+    values, made_with = _read_config(path)
     try:
-        values = yaml.safe_load(folder.config.read_text(encoding="utf-8"))
+        merged = OmegaConf.merge(OmegaConf.structured(TrainConfig), values)
+        config = OmegaConf.to_object(merged)
+        assert isinstance(config, TrainConfig)
+        check(config)
+    except (OmegaConfBaseException, UserError) as error:
+        raise UserError(f"{path} is not a configuration of this version: {first_line(error)}") from error
+    if config.task.name not in ALL_TASKS:
+        raise UserError(f"{path} names no task of this version: {config.task.name!r}")
+    return config, made_with
+
+
+def _read_config(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
+    try:
+        values = yaml.safe_load(path.read_text(encoding="utf-8"))
         made_with = dict(values.pop("made_with"))
     except (
         yaml.YAMLError,
@@ -130,7 +148,7 @@ def read_config(folder: RunFolder) -> tuple[dict[str, Any], dict[str, str]]:
         ValueError,
         RecursionError,
     ) as error:
-        raise UserError(f"{folder.config} is damaged or not written by asddpg.train") from error
+        raise UserError(f"{path} is damaged or not written by asddpg.train") from error
     return values, made_with
 
 

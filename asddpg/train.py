@@ -41,7 +41,7 @@ def main(words: Sequence[str]) -> None:
     agent = make_agent(config, environment)
     made_with = versions() | {"model_hash": hash_of(environment)}
     folder.create()
-    write_config(folder, dataclasses.asdict(config), made_with)
+    write_config(folder.config, dataclasses.asdict(config), made_with)
     print(f"training {config.agent.name} on {config.task.name}, {config.total_steps} steps, in {folder.path}")
     begun = time.perf_counter()
     try:

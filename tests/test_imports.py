@@ -26,7 +26,18 @@ CORE = (
     "streams",
 )
 LOOP = ("loop", "evaluation", "intervals")
-ROOTS = ("train", "evaluate", "compose", "build", "program", "checkpoint", "run_folder")
+ROOTS = (
+    "train",
+    "evaluate",
+    "compose",
+    "build",
+    "program",
+    "checkpoint",
+    "run_folder",
+    "policy_file",
+    "pretrained",
+    "trained",
+)
 
 # Files of a part → what none of them may import.
 FORBIDDEN = {

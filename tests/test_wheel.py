@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from asddpg.pretrained import names
 from tests.conftest import ROOT
 
 
@@ -26,15 +27,20 @@ def run(words: list[str], folder: Path) -> str:
 
 
 def test_models_and_configuration_travel(wheel: Path) -> None:
-    names = set(zipfile.ZipFile(wheel).namelist())
+    members = set(zipfile.ZipFile(wheel).namelist())
     wanted = {
         path.relative_to(ROOT).as_posix()
-        for pattern in ("models/mjcf/**/*.xml", "asddpg/conf/**/*.yaml", "tasks/held_out/*.json")
+        for pattern in (
+            "models/mjcf/**/*.xml",
+            "models/pretrained/**/*.*",
+            "asddpg/conf/**/*.yaml",
+            "tasks/held_out/*.json",
+        )
         for path in ROOT.glob(pattern)
     }
     assert len(wanted) > 15
-    assert wanted <= names
-    assert not [name for name in names if name.startswith("tests/")]
+    assert wanted <= members
+    assert not [name for name in members if name.startswith("tests/")]
 
 
 @pytest.mark.slow
@@ -46,6 +52,8 @@ def test_an_installed_wheel_trains_in_an_empty_folder(wheel: Path, tmp_path: Pat
     run([python, "-m", "pip", "install", "--quiet", "-c", str(ROOT / "constraints.txt"), str(wheel)], folder)
     where = run([python, "-c", "import asddpg, tasks; print(asddpg.__file__, tasks.__file__)"], folder)
     assert all(path.startswith(str(environment)) for path in where.split())
+    listed = run([python, "-c", "from asddpg.pretrained import names; print(*names())"], folder)
+    assert listed.split() == names()
     words = ["task=nav_complex", "total_steps=300", "agent.learning_starts=100", "test_episodes=2", "run_dir=here"]
     printed = run([python, "-m", "asddpg.train", *words], folder)
     assert "the run lies in here" in printed

@@ -1,0 +1,69 @@
+"""What was trained and is to be driven: a run's folder or a pretrained policy, both opened by `run=`."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+
+from asddpg import checkpoint as checkpoint_file
+from asddpg import policy_file
+from asddpg.agent import AsDDPG
+from asddpg.config import TrainConfig
+from asddpg.errors import UserError
+from asddpg.pretrained import open_pretrained
+from asddpg.run_folder import open_run_folder, read_training
+
+PREFIX = "pretrained:"
+
+
+@dataclass(frozen=True)
+class Trained:
+    """A training that can be driven.
+
+    Attributes:
+        title: what it is, for people.
+        config: the configuration of the training.
+        made_with: versions, and the hash of the scene.
+        evaluation: where figures of it are written.
+        load_into: gives an agent of that configuration the trained weights; returns the training step they are of.
+    """
+
+    title: str
+    config: TrainConfig
+    made_with: dict[str, str]
+    evaluation: Path
+    load_into: Callable[[AsDDPG], int]
+
+
+def open_trained(run: str, checkpoint: str = "last") -> Trained:
+    """Open what `run=` names.
+
+    Args:
+        run: the folder of a run, or pretrained:<name>.
+        checkpoint: of a run, last or best; a pretrained policy has but one.
+
+    Raises:
+        UserError: there is no such thing, or it is damaged.
+    """
+    if run.startswith(PREFIX):
+        return _open_pretrained(run, checkpoint)
+    folder = open_run_folder(run)
+    config, made_with = read_training(folder.config)
+    weights = folder.checkpoint(checkpoint)
+
+    def load_into(agent: AsDDPG) -> int:
+        return checkpoint_file.load(weights, agent)
+
+    return Trained(f"{run}, {checkpoint} checkpoint", config, made_with, folder.evaluation, load_into)
+
+
+def _open_pretrained(run: str, checkpoint: str) -> Trained:
+    folder = open_pretrained(run.removeprefix(PREFIX))
+    if checkpoint != "last":
+        raise UserError(f"checkpoint={checkpoint} belongs to a run's folder; {run} has one set of weights")
+    config, made_with = read_training(folder.config)
+
+    def load_into(agent: AsDDPG) -> int:
+        return policy_file.load_into(folder.weights, agent.networks)
+
+    # Into the present folder, as a baseline's: the package is not the user's to write into.
+    return Trained(run, config, made_with, Path("evaluation.json"), load_into)

@@ -1,0 +1,42 @@
+"""Every policy that is shipped: its files, its card, and that it still drives as its card says."""
+
+import json
+
+import pytest
+
+from asddpg.build import make_agent, make_environment
+from asddpg.drivers import actor_alone
+from asddpg.loop import run_episode
+from asddpg.pretrained import names, open_pretrained
+from asddpg.trained import open_trained
+from tasks.fresh_pairs import stored_pairs
+from tests import pretrained_checks
+
+EPISODES, LOST_AT_MOST = 20, 2  # ten points
+
+
+@pytest.mark.parametrize("name", names())
+def test_files_and_card(name: str) -> None:
+    folder = open_pretrained(name)
+    pretrained_checks.check_files(folder)
+    pretrained_checks.check_nothing_but_tensors(folder)
+    pretrained_checks.check_the_cards_command(folder)
+    names_in_it = pretrained_checks.run_the_cards_snippet(folder)
+    reach = json.loads(folder.test.read_text())["actor"]["reach_rate"]["value"]
+    assert f"| reach rate | {reach:.3f} [" in folder.card.read_text()
+    assert names_in_it["policy"].step > 0
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", names())
+def test_it_drives_as_it_did(name: str) -> None:
+    """On the same pairs as its test: another processor or version may flip an outcome, not many."""
+    opened, tested = open_trained(f"pretrained:{name}"), json.loads(open_pretrained(name).test.read_text())
+    task = opened.config.task
+    environment = make_environment(task, opened.config.reward)
+    agent = make_agent(opened.config, environment)
+    opened.load_into(agent)
+    pairs = stored_pairs(task.name, "test", task.goal_radius)[:EPISODES]
+    options = [{"start": pair.start, "goal": pair.goal} for pair in pairs]
+    outcomes = [run_episode(environment, actor_alone(agent), options=wanted).outcome for wanted in options]
+    assert outcomes.count("reached") >= tested["outcomes"][:EPISODES].count("reached") - LOST_AT_MOST
