@@ -49,7 +49,7 @@ def main(words: Sequence[str]) -> None:
 def _evaluate_run(config: EvaluateConfig, folder: RunFolder) -> None:
     if config.controller != ControllerConfig():
         raise UserError("a run brings its own controller; controller.* is for agent=controller")
-    trained, made_with = _trained_config(folder)
+    trained, made_with = trained_config(folder)
     trained.device = config.device
     is_other_task = config.task not in (None, trained.task.name)
     trained.task.name = config.task or trained.task.name
@@ -65,7 +65,8 @@ def _evaluate_run(config: EvaluateConfig, folder: RunFolder) -> None:
     _drive(config, trained, environment, driver, what, folder.evaluation)
 
 
-def _trained_config(folder: RunFolder) -> tuple[TrainConfig, dict[str, str]]:
+def trained_config(folder: RunFolder) -> tuple[TrainConfig, dict[str, str]]:
+    """The configuration that a run was trained with, and what it was made with; UserError where it is damaged."""
     values, made_with = read_config(folder)
     try:
         merged = OmegaConf.merge(OmegaConf.structured(TrainConfig), values)
