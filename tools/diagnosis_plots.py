@@ -11,7 +11,7 @@ from matplotlib.colors import Normalize
 from tasks.obstacles import Obstacles
 from tools.diagnosis import Diagnosis, Snapshot
 from tools.driving_figures import Driven, Judged
-from tools.plot_style import ACTOR, CONTROLLER, PAIR, QUARTER_COLOURS, SHARES, THIRD, Sheet, Style
+from tools.plot_style import ACTOR, CONTROLLER, FOURTH, PAIR, QUARTER_COLOURS, SHARES, THIRD, Sheet, Style
 from tools.rollouts import Rollout
 from tools.room_map import draw_cells, draw_ends, draw_room
 from tools.training_figures import CELL
@@ -122,11 +122,14 @@ def _q_values(diagnosis: Diagnosis) -> Sheet:
         for field, style in curves.items():
             _calibration(above, getattr(last, field), style)
             _bias(below, diagnosis.snapshots, field, style)
-        _diagonal(above)
         above.set(title=f"{title}, step {last.step}", xlabel="Q (mean of a tenth of the states)")
         below.axhline(0.0, color="0.6", linewidth=0.8, zorder=0)
         below.set(xlabel="training step (thousands)")
-        above.legend(loc="best")
+    _share_limits(sheet.axes[: len(columns)], is_square=True)
+    _share_limits(sheet.axes[len(columns) :])
+    for above in sheet.axes[: len(columns)]:
+        above.axline((0.0, 0.0), slope=1.0, color="0.6", linewidth=0.8, zorder=0, label="Q = return")
+        above.legend()
     sheet.axes[0].set_ylabel("return: mean, 10–90 % of states")
     sheet.axes[len(columns)].set_ylabel("mean of Q − return")
     return sheet
@@ -134,13 +137,13 @@ def _q_values(diagnosis: Diagnosis) -> Sheet:
 
 def _q_columns(diagnosis: Diagnosis) -> dict[str, dict[str, Style]]:
     """Panels by title, and in each the Judged fields of a snapshot with their styles."""
-    of_actor = {"q_actor": THIRD.named("Q^A(x, π(x))")}
+    of_actor = {"q_actor": THIRD.named(r"$Q^A(x, \pi(x))$")}
     if diagnosis.controller is None:
         return {"actor alone": of_actor}
     return {
-        "actor alone": {"q_policy": ACTOR.named("Q(x, policy)"), **of_actor},
-        "pair": {"q_pair": PAIR.named("Q(x, σ chosen)")},
-        "controller alone": {"q_controller": CONTROLLER.named("Q(x, controller)")},
+        "actor alone": {"q_policy": ACTOR.named(r"$Q(x,$ policy$)$"), **of_actor},
+        "pair": {"q_pair": PAIR.named(r"$Q(x, \sigma$ chosen$)$")},
+        "controller alone": {"q_controller": CONTROLLER.named(r"$Q(x,$ controller$)$")},
     }
 
 
@@ -150,12 +153,14 @@ def _calibration(axes: Axes, judged: Judged, style: Style) -> None:
     style.line(axes, q, mean)
 
 
-def _diagonal(axes: Axes) -> None:
-    """Where Q equals the return."""
-    low = min(axes.get_xlim()[0], axes.get_ylim()[0])
-    high = max(axes.get_xlim()[1], axes.get_ylim()[1])
-    axes.plot([low, high], [low, high], color="0.6", linewidth=0.8, zorder=0)
-    axes.set(xlim=(low, high), ylim=(low, high))
+def _share_limits(panels: Sequence[Axes], is_square: bool = False) -> None:
+    """The same scale in all panels, and if square in both directions."""
+    limits = [axes.get_ylim() for axes in panels] + ([axes.get_xlim() for axes in panels] if is_square else [])
+    lows, highs = zip(*limits, strict=True)
+    for axes in panels:
+        axes.set_ylim(min(lows), max(highs))
+        if is_square:
+            axes.set_xlim(min(lows), max(highs))
 
 
 def _bias(axes: Axes, snapshots: Sequence[Snapshot], field: str, style: Style) -> None:
@@ -179,11 +184,12 @@ def _actions(diagnosis: Diagnosis) -> Sheet:
         "saturated_v": ACTOR.named("v at a bound"),
         "saturated_omega": CONTROLLER.named("ω at a bound"),
         "standing": PAIR.named("standing still"),
-        "circling": THIRD.named("circling on the spot"),
+        "circling": THIRD.named("turning on the spot"),
+        "nowhere": FOURTH.named("getting nowhere"),
     }
     for axes, (title, figures) in zip(sheet.axes, drivers.items(), strict=True):
         for field, style in fields.items():
-            style.line(axes, _steps(diagnosis), [getattr(each, field) for each in figures])
+            style.line(axes, _steps(diagnosis), _floats([getattr(each, field) for each in figures]))
         axes.set(title=title, xlabel="training step (thousands)", ylim=(-0.02, 1.02))
     sheet.axes[0].set_ylabel("share of steps")
     sheet.legend_below()
@@ -209,7 +215,7 @@ def _td_errors(diagnosis: Diagnosis) -> Sheet:
     ACTOR.named("samples of the policy").line(axes, steps, _floats(training.td_policy))
     if diagnosis.controller is not None:
         CONTROLLER.named("samples of the controller").line(axes, steps, _floats(training.td_controller))
-    axes.set(xlabel="training step (thousands)", ylabel="mean |y^A − Q^A| in a batch")
+    axes.set(xlabel="training step (thousands)", ylabel=r"mean $|y^A - Q^A|$ in a batch")
     axes.set_ylim(bottom=0.0)
     axes.legend()
     return sheet

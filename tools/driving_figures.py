@@ -13,6 +13,7 @@ from tools.rollouts import Rollout
 STILL_V = 0.02  # m/s; slower than this the robot stands
 STILL_OMEGA = 0.05  # rad/s
 CIRCLING_V = 0.05  # m/s; at full turn rate this is a circle of 5 cm
+NOWHERE, NOWHERE_TIME = 0.3, 5.0  # m, s; who is no farther away after that time got nowhere
 AT_BOUND = 0.01  # share of an action's range; nearer to a bound than this it is saturated
 BINS = 10  # of Q, with as many states in each
 
@@ -35,6 +36,7 @@ class Driven:
         saturated_omega: ω at its largest or smallest.
         standing: neither driving (v below 0.02 m/s) nor turning (|ω| below 0.05 rad/s).
         circling: hardly driving (v below 0.05 m/s) at full turn rate.
+        nowhere: less than 0.3 m away after the next 5 s, in whatever way; None where no episode is that long.
     """
 
     episodes: int
@@ -47,6 +49,7 @@ class Driven:
     saturated_omega: float
     standing: float
     circling: float
+    nowhere: float | None
     ends: list[End]
 
 
@@ -69,8 +72,15 @@ def driven(rollouts: Sequence[Rollout], task: TaskConfig) -> Driven:
         saturated_omega=float(turns.mean()),
         standing=float(((v < STILL_V) & (np.abs(omega) < STILL_OMEGA)).mean()),
         circling=float(((v < CIRCLING_V) & turns).mean()),
+        nowhere=_nowhere(rollouts, round(NOWHERE_TIME / task.control_timestep)),
         ends=ends,
     )
+
+
+def _nowhere(rollouts: Sequence[Rollout], steps: int) -> float | None:
+    """Share of the steps after which, so many steps on, the robot is less than NOWHERE away."""
+    offsets = np.concatenate([r.places[steps:] - r.places[: max(len(r.places) - steps, 0)] for r in rollouts])
+    return float((np.hypot(*offsets.T) < NOWHERE).mean()) if len(offsets) else None
 
 
 def _saturated(values: FloatArray, low: float, high: float) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:

@@ -39,6 +39,7 @@ ACTOR = Style("actor alone", "#0072B2", "o")
 PAIR = Style("pair (switch)", "#009E73", "s")
 CONTROLLER = Style("controller alone", "#D55E00", "^")
 THIRD = Style("", "#CC79A7", "D")
+FOURTH = Style("", "#000000", "v")
 QUARTER_COLOURS = ("#FDE0A6", "#F4A582", "#B5557E", "#4B2E83")  # light to dark: early to late
 SHARES = LinearSegmentedColormap.from_list("shares", [ACTOR.colour, "#F0F0F0", CONTROLLER.colour])
 

@@ -41,7 +41,7 @@ def draw_ends(axes: Axes, rollouts: Sequence[Rollout]) -> None:
         for rollout in chosen if outcome != "reached" else []:
             axes.plot(*rollout.places.T, color=colour, linewidth=0.8, alpha=0.6, zorder=3)
         x, y = zip(*(rollout.places[-1] for rollout in chosen), strict=True) if chosen else ((), ())
-        label = f"{outcome}: {len(chosen)}"
+        label = f"{'timed out' if outcome == 'timeout' else outcome}: {len(chosen)}"
         axes.scatter(
             x, y, s=size, marker=marker, color=colour, edgecolors="white", linewidths=0.6, zorder=4, label=label
         )

@@ -10,7 +10,8 @@ import numpy.typing as npt
 
 FloatArray = npt.NDArray[np.float64]
 
-WINDOWS = 40  # of training
+WINDOWS = 40  # of training, at most
+EPISODES = 5  # in a window, at least, on the average
 QUARTERS = 4
 DISTANCE_BIN = 0.5  # m
 CELL = 0.4  # m, of the map
@@ -55,13 +56,14 @@ def windows_of(metrics: Path) -> Windows:
         rows = list(csv.DictReader(file))
     ends, lengths = (np.array([float(row[name]) for row in rows]) for name in ("step", "steps"))
     total = ends[-1] if len(ends) else 0.0
-    window = np.minimum((ends - lengths / 2) * WINDOWS / max(total, 1.0), WINDOWS - 1).astype(int)
+    windows = min(WINDOWS, max(len(rows) // EPISODES, 1))
+    window = ((ends - lengths / 2) * windows / max(total, 1.0)).astype(int)
 
     def means(name: str) -> list[float | None]:
         values = np.array([float(row.get(name) or "nan") for row in rows])
-        return _means(values, lengths, window, WINDOWS)
+        return _means(values, lengths, window, windows)
 
-    middles = ((np.arange(WINDOWS) + 0.5) * total / WINDOWS).tolist()
+    middles = ((np.arange(windows) + 0.5) * total / windows).tolist()
     return Windows(middles, means("controller_share"), means("td_error_policy"), means("td_error_controller"))
 
 
