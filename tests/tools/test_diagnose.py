@@ -12,6 +12,7 @@ from PIL import Image
 from asddpg import train
 from asddpg.errors import UserError
 from asddpg.run_folder import RunFolder
+from tests.asddpg.test_commands import read_rows
 from tests.conftest import TINY
 from tools import diagnose
 from tools.diagnose import Wish, weights_of, wish
@@ -37,6 +38,11 @@ def test_a_run_is_diagnosed(run: Path, capsys: pytest.CaptureFixture[str]) -> No
     for figures in (found["controller"], *(s[name] for s in found["snapshots"] for name in ("actor", "pair"))):
         assert sum(figures[f"{name}_rate"]["value"] for name in ("reach", "crash", "timeout")) == pytest.approx(1.0)
         assert len(figures["ends"]) == figures["episodes"] == 2
+    validated = read_rows(run / "validation.csv")
+    for row, snapshot in zip(validated, found["snapshots"], strict=True):
+        first = snapshot["actor"]["ends"][0]["outcome"]  # training validated on this pair alone
+        assert (int(row["step"]), float(row["reach_rate"])) == (snapshot["step"], first == "reached")
+        assert float(row["crash_rate"]) == (first == "crashed")
     assert found["controller"]["controller_share"] == 1.0
     assert {snapshot["actor"]["controller_share"] for snapshot in found["snapshots"]} == {0.0}
     assert "step 400: actor alone reaches" in capsys.readouterr().out

@@ -38,7 +38,7 @@ def test_after_a_time_limit_the_worst_or_the_best_may_follow() -> None:
 )
 def test_the_rewards_bounds(reward: RewardConfig, worst: float, best: float) -> None:
     tail = tail_of(TrainConfig(reward=reward))
-    assert (tail.worst, tail.best) == (pytest.approx(worst), pytest.approx(best))
+    assert [tail.worst, tail.best] == pytest.approx([worst, best])
 
 
 def test_the_controllers_price_may_follow_too() -> None:
