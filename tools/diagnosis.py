@@ -1,6 +1,7 @@
 """A run's diagnosis: all figures of its snapshots and of its training."""
 
 import dataclasses
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -134,7 +135,12 @@ def diagnosis_of(
 
 
 def as_json(figure: Any) -> Any:
-    """Figures as dictionaries and lists, estimates as in evaluation.json: value and 95 % interval."""
+    """Figures as dictionaries and lists, estimates as in evaluation.json: value and 95 % interval.
+
+    JSON knows no nan and no infinity, which a critic that diverged gives: they become null.
+    """
+    if isinstance(figure, float) and not math.isfinite(figure):
+        return None
     if isinstance(figure, Estimate):
         return {"value": figure.value, "ci95": [figure.low, figure.high]}
     if isinstance(figure, Tail):

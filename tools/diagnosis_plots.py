@@ -99,7 +99,7 @@ def _share_by_distance(axes: Axes, diagnosis: Diagnosis) -> None:
     for part, colour in zip(diagnosis.by_distance, QUARTER_COLOURS, strict=True):
         axes.plot(part.distances, part.shares, color=colour, marker="o", ms=3, label=f"quarter {part.quarter}")
     axes.set(title="by distance, while training", xlabel="distance to the goal (m)", ylim=(-0.02, 1.02))
-    axes.legend(title="of training")
+    axes.legend(title="of training", loc="upper center", ncols=2, fontsize=8, title_fontsize=8)
 
 
 def _share_by_place(sheet: Sheet, axes: Axes, diagnosis: Diagnosis, obstacles: Obstacles) -> None:

@@ -1,5 +1,6 @@
 """Figures of episodes: outcomes, actions, and Q against the return that followed."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -20,11 +21,17 @@ BINS = 10  # of Q, with as many states in each
 
 @dataclass(frozen=True)
 class End:
-    """Where and how an episode ended; metres, world frame."""
+    """Where and how an episode ended, and how far from its goal; metres, world frame."""
 
     outcome: str
     x: float
     y: float
+    distance: float
+
+
+def _end(rollout: Rollout) -> End:
+    x, y = rollout.places[-1].tolist()
+    return End(rollout.outcome, round(x, 3), round(y, 3), round(math.dist((x, y), rollout.goal), 3))
 
 
 @dataclass(frozen=True)
@@ -60,7 +67,6 @@ def driven(rollouts: Sequence[Rollout], task: TaskConfig) -> Driven:
     by_controller = np.concatenate([rollout.by_controller for rollout in rollouts])
     fastest_turn = task.max_angular_velocity
     turns = _saturated(omega, -fastest_turn, fastest_turn)
-    ends = [End(rollout.outcome, *rollout.places[-1].round(3).tolist()) for rollout in rollouts]
     return Driven(
         episodes=len(rollouts),
         reach_rate=rate(outcomes.count("reached"), len(outcomes)),
@@ -73,7 +79,7 @@ def driven(rollouts: Sequence[Rollout], task: TaskConfig) -> Driven:
         standing=float(((v < STILL_V) & (np.abs(omega) < STILL_OMEGA)).mean()),
         circling=float(((v < CIRCLING_V) & turns).mean()),
         nowhere=_nowhere(rollouts, round(NOWHERE_TIME / task.control_timestep)),
-        ends=ends,
+        ends=[_end(rollout) for rollout in rollouts],
     )
 
 

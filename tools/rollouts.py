@@ -28,6 +28,7 @@ class Rollout:
 
     Attributes:
         outcome: reached, crashed or timeout.
+        goal: metres, world frame.
         places: of the robot before each step and after the last, (steps + 1, 2), metres, world frame.
         observations: each step was decided on, float32 (steps, observation_size).
         actions: executed, (steps, 2), m/s and rad/s.
@@ -36,6 +37,7 @@ class Rollout:
     """
 
     outcome: str
+    goal: tuple[float, float]
     places: FloatArray
     observations: Float32Array
     actions: FloatArray
@@ -44,17 +46,18 @@ class Rollout:
 
 
 class Recorder:
-    """Watches episodes and keeps them."""
+    """Watches an episode and keeps it."""
 
-    def __init__(self, reward: Callable[[Step], float]) -> None:
-        """Keep what `reward` makes of a step as its reward."""
-        self.rollouts: list[Rollout] = []
-        self._reward = reward
+    def __init__(self, goal: tuple[float, float], reward: Callable[[Step], float]) -> None:
+        """Keep what `reward` makes of a step as its reward; the goal (m) only passes through."""
+        self._goal, self._reward = goal, reward
+        self._places: list[tuple[float, float]] = []
+        self._steps: list[Step] = []
+        self._outcome = ""
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
-        """Begin anew."""
-        self._places = [info["pose"][:2]]
-        self._steps: list[Step] = []
+        """Note where it begins."""
+        self._places.append(info["pose"][:2])
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
         """Keep a step."""
@@ -62,17 +65,20 @@ class Recorder:
         self._places.append(step.info["pose"][:2])
 
     def end_episode(self, episode: Episode) -> None:
-        """Put the episode together."""
+        """Note how it ended."""
+        self._outcome = episode.outcome
+
+    def rollout(self) -> Rollout:
+        """The episode."""
         decisions = [step.decision for step in self._steps]
-        self.rollouts.append(
-            Rollout(
-                outcome=episode.outcome,
-                places=np.array(self._places, dtype=np.float64),
-                observations=np.array([step.observation for step in self._steps]),
-                actions=np.array([decision.action for decision in decisions], dtype=np.float64),
-                by_controller=np.array([decision.driver is Driver.CONTROLLER for decision in decisions]),
-                rewards=np.array([self._reward(step) for step in self._steps], dtype=np.float64),
-            )
+        return Rollout(
+            outcome=self._outcome,
+            goal=self._goal,
+            places=np.array(self._places, dtype=np.float64),
+            observations=np.array([step.observation for step in self._steps]),
+            actions=np.array([decision.action for decision in decisions], dtype=np.float64),
+            by_controller=np.array([decision.driver is Driver.CONTROLLER for decision in decisions]),
+            rewards=np.array([self._reward(step) for step in self._steps], dtype=np.float64),
         )
 
 
@@ -86,11 +92,11 @@ def drive(
             step.reward, step.info["dense_reward"], step.decision.driver, config.gamma_p, config.controller_price
         )
 
-    recorder = Recorder(charged)
     environment.reset(seed=0)  # of the laser's noise, where it has any
-    for pair in pairs:
+    recorders = [Recorder(pair.goal, charged) for pair in pairs]
+    for pair, recorder in zip(pairs, recorders, strict=True):
         run_episode(environment, driver, (recorder,), options={"start": pair.start, "goal": pair.goal})
-    return recorder.rollouts
+    return [recorder.rollout() for recorder in recorders]
 
 
 class Values(NamedTuple):

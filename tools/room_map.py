@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Polygon, Rectangle
 
@@ -30,19 +31,31 @@ def draw_cells(axes: Axes, cells: Sequence[Cell], width: float) -> None:
 
 
 def draw_ends(axes: Axes, rollouts: Sequence[Rollout]) -> None:
-    """Mark where episodes failed, with their paths; those that reached the goal as points without path."""
-    looks = {
-        "reached": (ACTOR.colour, "o", 18),
-        "crashed": (CONTROLLER.colour, "X", 70),
-        "timeout": ("#000000", "s", 40),
-    }
-    for outcome, (colour, marker, size) in looks.items():
+    """Mark where episodes ended, those that failed with their paths and the goals they missed."""
+    for outcome, (name, colour, marker, size) in _LOOKS.items():
         chosen = [rollout for rollout in rollouts if rollout.outcome == outcome]
-        for rollout in chosen if outcome != "reached" else []:
-            axes.plot(*rollout.places.T, color=colour, linewidth=0.8, alpha=0.6, zorder=3)
-        x, y = zip(*(rollout.places[-1] for rollout in chosen), strict=True) if chosen else ((), ())
-        label = f"{'timed out' if outcome == 'timeout' else outcome}: {len(chosen)}"
+        if outcome != "reached":
+            _draw_ways(axes, chosen, colour)
+        x, y = np.array([rollout.places[-1] for rollout in chosen]).reshape(-1, 2).T
+        label = f"{name}: {len(chosen)}"
         axes.scatter(
-            x, y, s=size, marker=marker, color=colour, edgecolors="white", linewidths=0.6, zorder=4, label=label
+            x, y, s=size, marker=marker, color=colour, edgecolors="white", linewidths=0.6, zorder=5, label=label
         )
+    axes.scatter([], [], s=60, marker="*", facecolors="none", edgecolors="0.3", label="goal missed")
     axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
+
+
+# How an episode's end is named and drawn: name, colour, marker, size.
+_LOOKS = {
+    "reached": ("reached", ACTOR.colour, "o", 18),
+    "crashed": ("crashed", CONTROLLER.colour, "X", 70),
+    "timeout": ("timed out", "#000000", "s", 40),
+}
+
+
+def _draw_ways(axes: Axes, rollouts: Sequence[Rollout], colour: str) -> None:
+    for rollout in rollouts:
+        axes.plot(*rollout.places.T, color=colour, linewidth=0.8, alpha=0.6, zorder=3)
+        # Dotted from where it ended to where it should have.
+        axes.plot(*zip(rollout.places[-1], rollout.goal, strict=True), color=colour, linewidth=0.8, ls=":", zorder=3)
+        axes.scatter(*rollout.goal, s=60, marker="*", facecolors="none", edgecolors=colour, zorder=4)

@@ -15,7 +15,7 @@ EPISODES = 5  # in a window, at least, on the average
 QUARTERS = 4
 DISTANCE_BIN = 0.5  # m
 CELL = 0.4  # m, of the map
-FEWEST = 20  # steps, below which a share is not told
+FEWEST = 10  # steps, below which a share is not told
 
 
 @dataclass(frozen=True)

@@ -1,12 +1,14 @@
 """Figures of episodes and of a training, on cases that can be counted by hand."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 from asddpg.config import TaskConfig
-from tools.driving_figures import driven, judged
+from tools.diagnosis import as_json
+from tools.driving_figures import End, driven, judged
 from tools.returns import Tail
 from tools.rollouts import Rollout
 from tools.training_figures import shares_by_distance, shares_by_place, windows_of
@@ -20,6 +22,7 @@ def rollout(
     count = len(actions)
     return Rollout(
         outcome=outcome,
+        goal=(3.0, 4.0),
         places=np.array(places if places else [(0.0, 0.0)] * (count + 1)),
         observations=np.zeros((count, 124), dtype=np.float32),
         actions=np.array(actions),
@@ -37,6 +40,7 @@ def test_actions_are_told_apart() -> None:
     assert figures.circling == 0.25
     assert figures.controller_share == 0.5
     assert figures.nowhere is None  # no episode lasts 5 s
+    assert figures.ends[1] == End("crashed", 0.0, 0.0, 5.0)
     assert (figures.reach_rate.value, figures.crash_rate.value, figures.timeout_rate.value) == (0.5, 0.5, 0.0)
 
 
@@ -65,6 +69,13 @@ def test_the_time_limit_makes_an_interval_of_the_bias() -> None:
     assert (found.bias_low, found.bias, found.bias_high) == (-1.0, 0.0, 1.0)
     nothing = judged(np.array([1.0]), [rollout("timeout", [(0.5, 0.0)])], 0.5, Tail(-8.0, 8.0))
     assert (nothing.states, nothing.bias, nothing.bins) == (0, None, [])
+
+
+def test_a_critic_that_diverged_can_still_be_written() -> None:
+    found = as_json(judged(np.array([np.nan, np.inf]), [rollout("reached", [(0.5, 0.0)] * 2)], 0.5, Tail(-8.0, 8.0)))
+    assert found["mean_q"] is found["bias"] is None
+    assert found["mean_return"] == 1.25
+    json.dumps(found, allow_nan=False)
 
 
 def test_windows_of_training(tmp_path: Path) -> None:
