@@ -160,6 +160,7 @@ class AsDDPG:
         self._critic_dqn.differentiate(loss.total)
         self._critic_optimizer.step()
         learned = {"critic_loss": loss.critic.detach()}
+        learned["td_error_policy"], learned["td_error_controller"] = loss.td_errors
         if loss.switch is not None:
             learned["switch_loss"] = loss.switch.detach()
 

@@ -162,6 +162,8 @@ class ValidationConfig:
     every: int = 10_000
     # Pairs used, of the 50 stored.
     episodes: int = 50
+    # Whether each keeps the networks' weights, for tools.diagnose.
+    snapshots: bool = True
 
 
 @dataclass

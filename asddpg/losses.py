@@ -93,11 +93,12 @@ def _actor_value(x: Tensor, features: Tensor, target: Networks, noise: Tensor | 
 
 
 class CriticLoss(NamedTuple):
-    """Eq. 4's L and its two parts."""
+    """Eq. 4's L, its two parts, and what it measured: |y^A − Q^A| by who drove, [2], columns POLICY, CONTROLLER."""
 
     total: Tensor
     critic: Tensor
     switch: Tensor | None
+    td_errors: Tensor
 
 
 def critic_dqn_loss(batch: Batch, features: Tensor, online: Networks, targets: Targets) -> CriticLoss:
@@ -105,15 +106,23 @@ def critic_dqn_loss(batch: Batch, features: Tensor, online: Networks, targets: T
 
     A twin critic adds its own (y^A − Q^A(x, a))².
     """
-    critic = torch.square(targets.y_a - online.critic(features, batch.a)).mean()
+    error = targets.y_a - online.critic(features, batch.a)
+    td_errors = by_origin(error.detach().abs(), batch.by_policy)
+    critic = torch.square(error).mean()
     if online.critic_twin is not None:
         critic = critic + torch.square(targets.y_a - online.critic_twin(features, batch.a)).mean()
     if online.switch is None or targets.y_q is None:
-        return CriticLoss(critic, critic, None)
+        return CriticLoss(critic, critic, None, td_errors)
     q = online.switch(features)
     q_taken = torch.where(batch.by_policy > 0.5, q[:, POLICY], q[:, CONTROLLER])
     switch = torch.square(targets.y_q - q_taken).mean()
-    return CriticLoss(critic + switch, critic, switch)
+    return CriticLoss(critic + switch, critic, switch, td_errors)
+
+
+def by_origin(values: Tensor, by_policy: Tensor) -> Tensor:
+    """Means of values, [B], over the policy's samples and over the controller's: [2], nan where there are none."""
+    origin = torch.stack([by_policy, 1.0 - by_policy])
+    return origin @ values / origin.sum(dim=1)
 
 
 def policy_loss(batch: Batch, features: Tensor, online: Networks, imitation: float = 0.0) -> Tensor:

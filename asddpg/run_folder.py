@@ -22,8 +22,9 @@ class RunFolder:
 
     `config.yaml` resolved configuration and what the run was made with · `metrics.csv` a row an episode ·
     `validation.csv` a row a validation · `timing.csv`, `resources.json` time and memory · `tensorboard/` ·
-    `checkpoints/{last,best}/agent.pt` · `test.json` the test that ends the training ·
-    `evaluation.json` what asddpg.evaluate found last.
+    `steps.npz` a row a training step · `checkpoints/{last,best}/agent.pt`, and `checkpoints/step_<n>/agent.pt` at each
+    validation · `test.json` the test that ends the training · `evaluation.json` what asddpg.evaluate found last ·
+    `diagnosis/` what tools.diagnose found.
     """
 
     path: Path
@@ -42,6 +43,11 @@ class RunFolder:
     def validation(self) -> Path:
         """A row a validation."""
         return self.path / "validation.csv"
+
+    @property
+    def steps(self) -> Path:
+        """A row a training step, in arrays."""
+        return self.path / "steps.npz"
 
     @property
     def timing(self) -> Path:
@@ -71,6 +77,19 @@ class RunFolder:
     def checkpoint(self, name: str) -> Path:
         """Weights; `name` is last or best."""
         return self.path / "checkpoints" / name / "agent.pt"
+
+    def snapshot(self, step: int) -> Path:
+        """The networks' weights at a validation, after `step` training steps."""
+        return self.checkpoint(f"step_{step:08d}")
+
+    def snapshots(self) -> list[Path]:
+        """All snapshots, oldest first."""
+        return sorted(self.path.glob("checkpoints/step_*/agent.pt"))
+
+    @property
+    def diagnosis(self) -> Path:
+        """Folder of what tools.diagnose made."""
+        return self.path / "diagnosis"
 
     def create(self) -> None:
         """Make the folder.

@@ -22,6 +22,7 @@ from asddpg.evaluation import Figures, evaluate, table
 from asddpg.loop import run_episode
 from asddpg.observers.metrics_log import MetricsLog
 from asddpg.observers.progress import ProgressBar
+from asddpg.observers.step_log import StepLog
 from asddpg.program import python, run
 from asddpg.run_folder import RunFolder, new_run_folder, write_config, write_json
 from asddpg.streams import stream
@@ -62,7 +63,7 @@ def main(words: Sequence[str]) -> None:
 
 
 class Training:
-    """Episodes until the steps are used up, validation now and then, checkpoints `last` and `best`."""
+    """Episodes until the steps are used up, validation and snapshot now and then, checkpoints `last` and `best`."""
 
     def __init__(self, config: TrainConfig, folder: RunFolder, environment: gymnasium.Env, agent: AsDDPG) -> None:
         self._config, self._folder = config, folder
@@ -79,12 +80,13 @@ class Training:
         self._environment.reset(seed=int(stream(config.seed, "start_goal").integers(2**31)))
         self._tensorboard = SummaryWriter(str(self._folder.tensorboard))
         log = MetricsLog(self._folder.metrics, self._folder.timing, self._tensorboard)
+        step_log = StepLog(self._folder.steps)
         self._bar = ProgressBar(config.total_steps)
         steps, validated = 0, 0
         try:
             while steps < config.total_steps:
                 rest = config.total_steps - steps
-                episode = run_episode(self._environment, self._agent, (log, self._bar), max_steps=rest)
+                episode = run_episode(self._environment, self._agent, (log, step_log, self._bar), max_steps=rest)
                 steps += episode.steps
                 every = config.validation.every
                 if every and steps // every > validated:
@@ -96,6 +98,7 @@ class Training:
             self._tensorboard.close()
             if steps:
                 checkpoint.save(self._folder.checkpoint("last"), self._agent, steps)
+            step_log.close()
         if not self._folder.checkpoint("best").exists():
             checkpoint.save(self._folder.checkpoint("best"), self._agent, steps)
 
@@ -112,6 +115,8 @@ class Training:
             f"step {steps}: actor alone reaches {reach:.2f}, crashes {crash:.2f} ({len(pairs)} validation pairs)"
         )
         checkpoint.save(self._folder.checkpoint("last"), self._agent, steps)
+        if config.validation.snapshots:
+            checkpoint.save_snapshot(self._folder.snapshot(steps), self._agent, steps)
         if (reach, metric) > self._best:
             self._best = (reach, metric)
             checkpoint.save(self._folder.checkpoint("best"), self._agent, steps)

@@ -4,9 +4,13 @@ from pathlib import Path
 import pytest
 import torch
 
+from asddpg import train
 from asddpg.build import prepare_torch
 
 ROOT = Path(__file__).resolve().parent.parent
+
+TINY = ["total_steps=400", "agent.learning_starts=100", "network=fc2x100", "test_episodes=0", "seed=101"]
+TINY += ["validation.every=200", "validation.episodes=1", "task.time_limit_steps=40"]
 
 
 @pytest.fixture(autouse=True, scope="session")
@@ -15,3 +19,11 @@ def _torch_as_in_training() -> Iterator[None]:
     prepare_torch()
     yield
     torch.set_num_threads(threads)
+
+
+@pytest.fixture(scope="session")
+def tiny_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A finished run of 400 steps with two snapshots; to be read, not written to."""
+    folder = tmp_path_factory.mktemp("tiny") / "run"
+    train.main(["task=nav_complex", *TINY, f"run_dir={folder}"])
+    return folder

@@ -1,6 +1,7 @@
 """A row an episode, to metrics.csv, and the same figures to TensorBoard."""
 
 import csv
+import math
 import time
 from collections import deque
 from collections.abc import Mapping
@@ -14,7 +15,9 @@ WINDOW = 100  # episodes
 COLUMNS = (
     "step", "episode", "outcome", "steps", "total_reward", "path_length", "controller_share",
     "reach_100", "crash_100", "timeout_100", "critic_loss", "switch_loss", "policy_loss",
+    "td_error_policy", "td_error_controller",
 )  # fmt: skip
+BY_ORIGIN = COLUMNS[-2:]  # nan in an update whose batch had no sample of that origin
 
 
 class ScalarWriter(Protocol):
@@ -53,12 +56,14 @@ class MetricsLog:
         self._recent = RecentEpisodes()
         self._steps, self._episodes = 0, 0
         self._sums: dict[str, Any] = {}
+        self._by_origin: dict[str, list[SupportsFloat]] = {}
         self._updates = 0
         self._begun = time.perf_counter()
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
         """Sums begin anew."""
         self._sums, self._updates = {}, 0
+        self._by_origin = {name: [] for name in BY_ORIGIN}
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
         """Add up what was learned."""
@@ -66,7 +71,10 @@ class MetricsLog:
         if learned:
             self._updates += 1
             for name, value in learned.items():
-                self._sums[name] = self._sums.get(name, 0.0) + value
+                if name in self._by_origin:  # kept, not added up: one nan would swallow the episode
+                    self._by_origin[name].append(value)
+                else:
+                    self._sums[name] = self._sums.get(name, 0.0) + value
 
     def end_episode(self, episode: Episode) -> None:
         """Write the row."""
@@ -83,6 +91,7 @@ class MetricsLog:
             "controller_share": episode.controller_share,
             **{f"{outcome}_100": self._recent.share(full) for outcome, full in _WINDOWED.items()},
             **losses,
+            **self._means_by_origin(),
         }
         self._metrics.writerow([row.get(column, "") for column in COLUMNS])
         self._metrics_file.flush()
@@ -92,6 +101,11 @@ class MetricsLog:
         seconds = time.perf_counter() - self._begun
         self._timing.writerow((self._steps, f"{seconds:.3f}", f"{self._steps / seconds:.1f}"))
         self._timing_file.flush()
+
+    def _means_by_origin(self) -> dict[str, float]:
+        """Means over the updates that had samples of that origin; none where no update had."""
+        known = {name: [v for v in map(float, values) if not math.isnan(v)] for name, values in self._by_origin.items()}
+        return {name: sum(values) / len(values) for name, values in known.items() if values}
 
     def close(self) -> None:
         """Close the files."""

@@ -1,0 +1,72 @@
+"""A row for each training step, to steps.npz: where the robot was, who drove, what was weighed."""
+
+from array import array
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, SupportsFloat
+
+import numpy as np
+
+from asddpg.types import Driver, Episode, Observation, Step
+
+COLUMNS = (
+    "episode", "x", "y", "distance", "by_controller",
+    "actor_v", "actor_omega", "v", "omega", "q_policy", "q_controller",
+)  # fmt: skip
+
+_NAN = float("nan")
+
+
+class StepLog:
+    """Keeps the steps of a training, 44 bytes each, and writes them when it is closed.
+
+    `episode`, counted from 1 · `x`, `y`, `distance` to the goal (m) where the choice was made · `by_controller`, 1
+    where the controller drove · `actor_v`, `actor_omega` what the actor wanted, before noise (m/s, rad/s) · `v`,
+    `omega` what was executed · `q_policy`, `q_controller`, nan without a switch. Each float32 (steps,).
+    """
+
+    def __init__(self, path: Path) -> None:
+        """Keep what close() will write to `path`."""
+        self._path = path
+        self._values = array("f")
+        self._episode = 0
+        self._where: tuple[float, float, float] = (_NAN, _NAN, _NAN)
+
+    def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
+        """Note where it begins."""
+        self._episode += 1
+        self._where = _where(info)
+
+    def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
+        """Keep a row; the place is the one before the step, where the choice was made."""
+        decision = step.decision
+        actor_action = decision.action if decision.actor_action is None else decision.actor_action
+        self._values.extend(
+            (
+                self._episode,
+                *self._where,
+                decision.driver is Driver.CONTROLLER,
+                *actor_action.tolist(),
+                *decision.action.tolist(),
+                _NAN if decision.q_policy is None else decision.q_policy,
+                _NAN if decision.q_controller is None else decision.q_controller,
+            )
+        )
+        self._where = _where(step.info)
+
+    def end_episode(self, episode: Episode) -> None:
+        """Nothing to add."""
+
+    def close(self) -> None:
+        """Write the file, whole or not at all."""
+        table = np.array(self._values, dtype=np.float32).reshape(-1, len(COLUMNS))
+        columns: dict[str, Any] = dict(zip(COLUMNS, table.T, strict=True))
+        part = self._path.with_name(self._path.name + ".part")
+        with part.open("wb") as file:
+            np.savez_compressed(file, **columns)
+        part.replace(self._path)
+
+
+def _where(info: Mapping[str, Any]) -> tuple[float, float, float]:
+    x, y, _ = info["pose"]
+    return x, y, info["distance"]

@@ -1,0 +1,131 @@
+"""Where does the actor of a run fail? `python -m tools.diagnose run=runs/mine`.
+
+Drives the stored validation pairs with each snapshot of the run: the actor alone, actor and controller together, and
+once the controller alone. Writes diagnosis.json and plots into the run's folder, under diagnosis/; docs/instruments.md
+says how to read them. Options:
+
+  run=runs/mine      folder of a training run
+  every=1            1 takes every snapshot, 2 every second one, counted from the last
+  episodes=50        pairs driven, of the 50 stored
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from asddpg import checkpoint
+from asddpg.agent import AsDDPG
+from asddpg.build import make_agent, make_environment, prepare_torch
+from asddpg.errors import UserError
+from asddpg.program import run
+from asddpg.run_folder import RunFolder, open_run_folder, read_training, write_json
+from asddpg.train import hash_of
+from tasks.fresh_pairs import stored_pairs
+from tasks.obstacles import Obstacles
+from tools.diagnosis import Diagnosis, Examination, Snapshot, as_json, diagnosis_of
+
+LARGEST = {"every": 10_000, "episodes": 50}
+
+
+@dataclass(frozen=True)
+class Wish:
+    """What is to be diagnosed."""
+
+    run: str
+    every: int = 1
+    episodes: int = 50
+
+
+def wish(words: Sequence[str]) -> Wish:
+    """Read the command line's words; UserError where one is wrong."""
+    options: dict[str, str] = {}
+    for word in words:
+        name, separator, value = word.partition("=")
+        if not separator:
+            raise UserError(f"{word!r} is not an option of the form name=value, such as run=runs/mine")
+        if name not in ("run", *LARGEST):
+            raise UserError(f"there is no option {name!r}; there are run, {', '.join(LARGEST)}")
+        if name in options:
+            raise UserError(f"{name} is given twice, as {options[name]} and {value}")
+        options[name] = value
+    if not options.get("run"):
+        raise UserError("diagnose what? run=<run_dir>, the folder of a training run")
+    numbers = {name: _number(name, options[name]) for name in LARGEST if name in options}
+    return Wish(options["run"], **numbers)
+
+
+def _number(name: str, value: str) -> int:
+    if not (value.isascii() and value.isdigit() and 1 <= int(value) <= LARGEST[name]):
+        raise UserError(f"{name} must be a whole number from 1 to {LARGEST[name]}, not {value!r}")
+    return int(value)
+
+
+def main(words: Sequence[str]) -> None:
+    """Drive, reckon, write, draw."""
+    asked = wish(words)
+    folder = open_run_folder(asked.run)
+    config, made_with = read_training(folder.config)
+    config.device = "cpu"
+    _check_matplotlib()
+    prepare_torch()
+    environment = make_environment(config.task, config.reward)
+    agent = make_agent(config, environment)
+    weights = weights_of(folder, asked.every)
+    if hash_of(environment) != made_with.get("model_hash"):
+        print("note: the scene's model is not the one this run was trained on")
+    if agent.controller and not folder.steps.is_file():
+        print(f"note: there is no {folder.steps}, so nothing is told of the controller's share by place and distance")
+    pairs = stored_pairs(config.task.name, "validation", config.task.goal_radius)[: asked.episodes]
+    folder.diagnosis.mkdir(exist_ok=True)
+    examination = Examination(config, environment, agent, pairs)
+    snapshots = [_examined(examination, agent, path) for path in weights]
+    diagnosis = diagnosis_of(folder, config, examination, snapshots)
+    write_json(folder.diagnosis / "diagnosis.json", as_json(diagnosis))
+    obstacles = Obstacles.from_model(environment.get_wrapper_attr("physics").model.ptr)
+    _draw(diagnosis, obstacles, examination, folder.diagnosis)
+    print(f"written to {folder.diagnosis}")
+
+
+def weights_of(folder: RunFolder, every: int) -> list[Path]:
+    """The snapshots to look at, oldest first; the last checkpoint where the run kept none.
+
+    Raises:
+        UserError: there is neither.
+    """
+    snapshots = folder.snapshots()
+    if snapshots:
+        return snapshots[::-1][::every][::-1]
+    last = folder.checkpoint("last")
+    if not last.is_file():
+        raise UserError(f"{folder.path} has neither snapshots nor a last checkpoint: let it train up to a validation")
+    print(
+        "note: the run kept no snapshots (validation.snapshots, validation.every); only its last checkpoint is driven"
+    )
+    return [last]
+
+
+def _examined(examination: Examination, agent: AsDDPG, path: Path) -> Snapshot:
+    load = checkpoint.load if path.parent.name == "last" else checkpoint.load_snapshot
+    snapshot = examination.of_snapshot(load(path, agent))
+    reached = {"actor alone": snapshot.actor, "pair": snapshot.pair}
+    shares = [f"{name} reaches {figures.reach_rate.value:.2f}" for name, figures in reached.items() if figures]
+    print(f"step {snapshot.step}: {', '.join(shares)}", flush=True)
+    return snapshot
+
+
+def _check_matplotlib() -> None:
+    """Before the driving, which takes minutes."""
+    try:
+        import matplotlib  # noqa: F401
+    except ImportError as error:
+        raise UserError("plots need matplotlib, which is not installed: pip install 'asddpg[plots]'") from error
+
+
+def _draw(diagnosis: Diagnosis, obstacles: Obstacles, examination: Examination, folder: Path) -> None:
+    from tools.diagnosis_plots import draw  # only here: -h and wrong words need no matplotlib
+
+    draw(diagnosis, obstacles, examination.by_actor, folder)
+
+
+if __name__ == "__main__":
+    run(main, str(__doc__))

@@ -1,0 +1,69 @@
+"""How the plots look: colours that the colour-blind can tell apart (Okabe and Ito), a marker to each, one sheet."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.colors import LinearSegmentedColormap
+from matplotlib.figure import Figure
+
+Values = Sequence[float] | npt.NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Style:
+    """A curve's name, colour and marker."""
+
+    name: str
+    colour: str
+    marker: str
+
+    def named(self, name: str) -> "Style":
+        """The same look under another name."""
+        return replace(self, name=name)
+
+    def line(self, axes: Axes, x: Values, y: Values, name: str | None = None) -> None:
+        """Draw a curve."""
+        axes.plot(x, y, color=self.colour, marker=self.marker, ms=4, label=name or self.name)
+
+    def level(self, axes: Axes, y: float) -> None:
+        """Draw a level that does not change over training."""
+        axes.axhline(y, color=self.colour, linestyle="--", label=self.name)
+
+
+ACTOR = Style("actor alone", "#0072B2", "o")
+PAIR = Style("pair (switch)", "#009E73", "s")
+CONTROLLER = Style("controller alone", "#D55E00", "^")
+THIRD = Style("", "#CC79A7", "D")
+FOURTH = Style("", "#000000", "v")
+QUARTER_COLOURS = ("#FDE0A6", "#F4A582", "#B5557E", "#4B2E83")  # light to dark: early to late
+SHARES = LinearSegmentedColormap.from_list("shares", [ACTOR.colour, "#F0F0F0", CONTROLLER.colour])
+
+
+class Sheet:
+    """Panels in a grid, row by row in `axes`."""
+
+    def __init__(self, title: str, columns: int, rows: int = 1, panel: tuple[float, float] = (4.3, 3.8)) -> None:
+        """Lay out the panels, each `panel` inches wide and high."""
+        self.figure = Figure(figsize=(columns * panel[0], rows * panel[1]), layout="constrained")
+        FigureCanvasAgg(self.figure)
+        self.figure.suptitle(title, fontsize=11)
+        grid = self.figure.subplots(rows, columns, squeeze=False)
+        self.axes: list[Axes] = list(grid.ravel())
+        for axes in self.axes:
+            axes.grid(visible=True, color="0.9", linewidth=0.6)
+            axes.set_axisbelow(True)
+            axes.spines[["top", "right"]].set_visible(False)
+
+    def legend_below(self) -> None:
+        """One legend for all panels."""
+        handles, names = self.axes[0].get_legend_handles_labels()
+        self.figure.legend(handles, names, loc="outside lower center", ncols=len(names), frameon=False)
+
+    def save(self, path: Path) -> None:
+        """Write a PNG in which nothing depends on versions or the clock."""
+        self.figure.savefig(path, dpi=100, metadata={"Software": None}, pil_kwargs={"optimize": True})
