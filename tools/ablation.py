@@ -54,11 +54,13 @@ def request(words: Sequence[str]) -> Request:
     if len(verbs) > 1:
         raise UserError("list or table, not both")
     seeds = _whole_numbers("seeds", options.pop("seeds", "100,101,102"))
-    (steps,) = _whole_numbers("steps", options.pop("steps", "60000"))[:1]
+    steps = _whole_numbers("steps", options.pop("steps", "60000"))
+    if len(steps) > 1:
+        raise UserError(f"steps must be one whole number, not {len(steps)}")
     chosen = {name: factor for name, factor in FACTORS.items() if name in plain}
     rest = {"task": "nav_complex"} | options
     shared = tuple(f"{name}={value}" for name, value in rest.items())
-    return Request("".join(verbs), chosen or FACTORS, seeds, steps, shared)
+    return Request("".join(verbs), chosen or FACTORS, seeds, steps[0], shared)
 
 
 def _whole_numbers(name: str, text: str) -> tuple[int, ...]:
@@ -76,8 +78,7 @@ def rows(asked: Request) -> dict[str, Row]:
         for name, factor in asked.factors.items():
             changes = {"without": factor.off, "with": factor.on} if reference == "default" else {"with": factor.on}
             for preposition, words in changes.items():
-                title = f"{reference} {preposition} {name}: {factor.title} ({factor.source})"
-                changed = _group(asked, title, agent, *words)
+                changed = _group(asked, f"{reference} {preposition} {name}", agent, *words)
                 if changed.settings(0) != base.settings(0):
                     found[f"{reference}_{preposition}_{name}"] = Row(changed, reference)
     return found
@@ -93,13 +94,17 @@ def main(words: Sequence[str]) -> None:
     grid = rows(asked)
     title = f"{shlex.join(asked.words)}, {asked.steps} steps, seeds {', '.join(map(str, asked.seeds))}"
     groups = {name: row.group for name, row in grid.items()}
-    run_grid(asked.verb, groups, FOLDER, lambda results: report(title, grid, results))
+    legend = _legend(asked.factors)
+    run_grid(asked.verb, groups, FOLDER, lambda results: f"{report(title, grid, results)}\n\n{legend}")
+
+
+def _legend(factors: Mapping[str, Factor]) -> str:
+    return "\n".join(f"- `{name}`: {factor.title} ({factor.source})" for name, factor in factors.items())
 
 
 def usage() -> str:
     """What --help prints."""
-    lines = [f"  {name}: {factor.title}; {factor.source}" for name, factor in FACTORS.items()]
-    return "\n".join([str(__doc__), "Factors:", *lines])
+    return f"{__doc__}\nFactors:\n{_legend(FACTORS)}"
 
 
 if __name__ == "__main__":

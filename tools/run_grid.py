@@ -25,6 +25,11 @@ def run_grid(verb: str, groups: Mapping[str, Group], folder: Path, report: Calla
     if verb == "list":
         print(plan(groups, stored_runs(folder)))
         return
+    if verb != "table":
+        print(
+            f"{len(todo)} runs to train, {AT_ONCE} at a time; each one's output goes into {folder}/<run>.log",
+            flush=True,
+        )
     failed = [] if verb == "table" else train(todo, folder)
     write_tables(groups, folder, report)
     if failed:

@@ -17,7 +17,7 @@ from tools.run_store import make_room
 
 AT_ONCE = 2
 LOOK_EVERY = 0.2  # seconds
-PATIENCE = 20.0  # seconds that a process gets to end by itself
+PATIENCE = 30.0  # seconds that a process gets to end by itself
 
 
 @dataclass(frozen=True)
@@ -57,9 +57,9 @@ def _train(waiting: deque[Run], folder: Path) -> list[Run]:
             for training in [training for training in running if training.process.poll() is not None]:
                 running.remove(training)
                 ended += 1
-                is_right = training.process.returncode == 0
-                failed += [] if is_right else [training.run]
-                print(f"{training.run.name} {'trained' if is_right else 'FAILED'} ({ended} of {total})", flush=True)
+                status = training.process.returncode
+                failed += [training.run] if status else []
+                print(f"{training.run.name} {how_it_ended(status)} ({ended} of {total})", flush=True)
     finally:
         _stop(running)
     return failed
@@ -69,10 +69,22 @@ def _start(run: Run, folder: Path) -> _Training:
     path = folder / run.name
     if said := make_room(path, run.settings):
         print(said, flush=True)
-    words = [sys.executable, "-m", "asddpg.train", *run.words, f"run_dir={path}"]
     with log_of(run, folder).open("wb") as log:
         # In a session of its own, so that Ctrl-C reaches it once, through _stop.
-        return _Training(run, subprocess.Popen(words, stdout=log, stderr=log, start_new_session=True))
+        process = subprocess.Popen(command(run, path), stdout=log, stderr=log, start_new_session=True)
+    return _Training(run, process)
+
+
+def command(run: Run, path: Path) -> list[str]:
+    """What trains a run."""
+    return [sys.executable, "-m", "asddpg.train", *run.words, f"run_dir={path}"]
+
+
+def how_it_ended(status: int) -> str:
+    """A process's exit status in words."""
+    if status < 0:
+        return f"FAILED, stopped by {signal.Signals(-status).name}"
+    return f"FAILED with status {status}" if status else "trained"
 
 
 def _stop(running: Sequence[_Training]) -> None:
