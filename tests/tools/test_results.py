@@ -7,8 +7,8 @@ import pytest
 
 from asddpg.compose import train_config
 from asddpg.errors import UserError
-from tests.tools.fake_runs import finish_group
 from tasks.fresh_pairs import stored_pairs
+from tests.tools.fake_runs import finish_group
 from tools import controller_alone, results
 from tools.run_groups import missing
 
