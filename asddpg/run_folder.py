@@ -141,7 +141,7 @@ def read_training(path: Path) -> tuple[TrainConfig, dict[str, str]]:
     Raises:
         UserError: the file is damaged, or of a version with other options or tasks.
     """
-    values, made_with = _read_config(path)
+    values, made_with = read_config(path)
     try:
         merged = OmegaConf.merge(OmegaConf.structured(TrainConfig), values)
         config = OmegaConf.to_object(merged)
@@ -154,7 +154,12 @@ def read_training(path: Path) -> tuple[TrainConfig, dict[str, str]]:
     return config, made_with
 
 
-def _read_config(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
+def read_config(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
+    """The values in a config.yaml as they stand there, and what the training was made with.
+
+    Raises:
+        UserError: the file is damaged.
+    """
     try:
         values = yaml.safe_load(path.read_text(encoding="utf-8"))
         made_with = dict(values.pop("made_with"))

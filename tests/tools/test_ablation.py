@@ -1,0 +1,153 @@
+"""The ablation's grid, its table, and a tiny one from the first word to the last."""
+
+import csv
+from pathlib import Path
+
+import pytest
+
+from asddpg.errors import UserError
+from tests.tools.fake_runs import finish_group
+from tools import ablation
+from tools.ablation_factors import FACTORS, Factor
+from tools.run_groups import settings_of
+
+TINY = ["steps=300", "seeds=100", "task=nav_empty", "network=fc2x100", "agent.learning_starts=100", "test_episodes=2"]
+TINY += ["validation.episodes=1", "task.time_limit_steps=40"]
+
+
+@pytest.fixture(autouse=True)
+def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+
+
+@pytest.mark.parametrize("name", FACTORS)
+def test_each_factor_changes_the_default_and_switching_it_back_gives_the_default_again(name: str) -> None:
+    """So `on` and `off` speak of the same options."""
+    factor, default = FACTORS[name], settings_of(["agent=asddpg"])
+    on, off = (settings_of(["agent=asddpg", *words]) for words in (factor.on, factor.off))
+    assert on != off
+    assert default in (on, off) or name in ("withdrawal", "alone_throughout", "alone_stretches")
+    assert factor.title
+    assert factor.source
+
+
+def test_a_factor_the_default_has_is_taken_away_and_one_it_lacks_is_added() -> None:
+    grid = ablation.rows(ablation.request(["imitation", "n_steps"]))
+    default = settings_of(["agent=asddpg"])["agent"]
+    expected = ["default", "default_without_imitation" if default["imitation"] else "default_with_imitation"]
+    expected += ["default_without_n_steps" if default["n_steps"] > 1 else "default_with_n_steps"]
+    assert list(grid) == [*expected, "paper", "paper_with_imitation", "paper_with_n_steps"]
+    assert grid["paper_with_imitation"].group.options[-2:] == ("agent=asddpg_paper", "agent.imitation=1")
+    assert grid["paper_with_imitation"].reference == "paper"
+
+
+def test_where_the_default_has_a_factor_at_another_strength_both_are_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    strength = Factor("γ", "–", off=("agent.gamma=0",), on=("agent.gamma=0.5",))
+    monkeypatch.setattr(ablation, "FACTORS", {"gamma": strength})
+    grid = ablation.rows(ablation.request([]))
+    assert list(grid) == ["default", "default_without_gamma", "default_with_gamma", "paper", "paper_with_gamma"]
+
+
+def test_what_changes_nothing_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
+    same = Factor("γ", "–", off=("agent.gamma=0.5",), on=("agent.gamma=0.99",))
+    monkeypatch.setattr(ablation, "FACTORS", {"gamma": same})
+    assert list(ablation.rows(ablation.request([]))) == ["default", "default_without_gamma", "paper"]
+
+
+def test_a_command_line() -> None:
+    asked = ablation.request(["--list", "imitation", "seeds=7,8,7", "steps=500", "task=nav_empty", "reward=dense"])
+    assert (asked.verb, list(asked.factors), asked.seeds, asked.steps) == ("list", ["imitation"], (7, 8), 500)
+    assert asked.words == ("task=nav_empty", "reward=dense")
+    plain = ablation.request([])
+    assert (plain.verb, plain.seeds, plain.steps, plain.words) == ("", (100, 101, 102), 60_000, ("task=nav_complex",))
+    assert plain.factors == FACTORS
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["imitaton"], "there is no factor 'imitaton'; there are .*imitation"),
+        (["seeds=a"], "seeds must be whole numbers"),
+        (["seeds="], "seeds must be whole numbers"),
+        (["steps=-5"], "steps must be whole numbers"),
+        (["steps=1,2"], "steps must be one whole number"),
+        (["steps=0"], "total_steps must be greater than 0"),
+        (["agent=ddpg"], "the grid sets itself"),
+        (["run_dir=x"], "the grid sets itself"),
+        (["task=nav_foo"], "there is no task"),
+        (["agent.imitaton=1"], "did you mean agent.imitation"),
+        (["list", "table"], "not both"),
+    ],
+)
+def test_wrong_words_are_one_sentence_and_create_nothing(words: list[str], sentence: str, tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=sentence) as caught:
+        ablation.main(words)
+    assert "\n" not in str(caught.value)
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_table_is_sorted_by_the_effect_paired_by_seed(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["imitation", "n_steps", "td3", "seeds=100,101", "steps=1000"]
+    grid = ablation.rows(ablation.request(words))
+    reaches = {"paper": [0.5, 0.7], "paper_with_imitation": [0.4, 0.5], "paper_with_n_steps": [0.6, 0.8]}
+    for name, values in reaches.items():
+        finish_group(ablation.FOLDER, name, grid[name].group, values)
+    finish_group(ablation.FOLDER, "paper_with_td3", grid["paper_with_td3"].group, [0.52])
+    ablation.main(["table", *words])
+    lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("| paper")]
+    cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines]
+    assert [cell[:4] for cell in cells] == [
+        ["paper", "100, 101", "0.500, 0.700", "–"],
+        ["paper with n_steps", "100, 101", "0.600, 0.800", "+0.100 [+0.100, +0.100]"],
+        ["paper with td3 (of 2, unfinished)", "100", "0.520", "+0.020"],
+        # −0.1 and −0.2: t(0.975, 1) = 12.706 times 0.05.
+        ["paper with imitation", "100, 101", "0.400, 0.500", "-0.150 [-0.785, +0.485]"],
+    ]
+    text = (ablation.FOLDER / "table.md").read_text()
+    assert lines[1] in text
+    assert "9 runs are missing." in text
+    with (ablation.FOLDER / "table.csv").open() as file:
+        assert len(list(csv.DictReader(file))) == 7
+
+
+def test_the_list_tells_what_would_be_trained_and_how_long_it_takes(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ablation.main(["list", "imitation", "steps=60000"])
+    printed = capsys.readouterr().out
+    assert "total_steps=60000 validation.every=6000 task=nav_complex agent=asddpg_paper agent.imitation=1\n" in printed
+    assert "12 runs of 720000 steps in all to train: about 1.1 h, 2 at once at 90 steps/s each, a guess" in printed
+    assert not list(tmp_path.iterdir())
+    grid = ablation.rows(ablation.request(["imitation"]))
+    finish_group(ablation.FOLDER, "paper", grid["paper"].group, [0.5])
+    ablation.main(["list", "imitation"])
+    assert "11 runs of 660000 steps in all to train: about 0.9 h, 2 at once at 100 steps/s" in capsys.readouterr().out
+
+
+def test_an_empty_table_is_no_error(capsys: pytest.CaptureFixture[str]) -> None:
+    ablation.main(["table", "imitation"])
+    assert "12 runs are missing." in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_a_tiny_ablation_trains_once_and_then_no_more(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(ablation, "FACTORS", {})
+    ablation.main(TINY)
+    printed = capsys.readouterr().out
+    assert "paper_seed100 trained" in printed
+    assert "missing" not in printed
+    times = {path: path.stat().st_mtime_ns for path in ablation.FOLDER.glob("*/resources.json")}
+    assert len(times) == 2
+    ablation.main(TINY)
+    assert "0 runs to train" in capsys.readouterr().out
+    assert {path: path.stat().st_mtime_ns for path in ablation.FOLDER.glob("*/resources.json")} == times
+
+
+def test_a_run_that_fails_is_named_and_the_status_is_1(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ablation, "FACTORS", {})
+    monkeypatch.setattr("tools.run_training.command", lambda *_: ["false"])
+    with pytest.raises(SystemExit, match=r"2 of 2 runs failed; .*default_seed100\.log, .*paper_seed100\.log"):
+        ablation.main(TINY)
+    assert (ablation.FOLDER / "table.md").exists()

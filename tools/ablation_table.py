@@ -1,0 +1,63 @@
+"""The ablation's table: what each factor changes against its reference, sorted by it."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+from asddpg.intervals import Estimate, mean
+from tools.run_groups import Group
+from tools.run_tables import COLUMNS, NOTHING, Column, Result, Results, markdown, missing_note, over_seeds
+
+EFFECT_ON = "reach_last"
+SHOWN = ("reach_last", "crash_last", "reach_best", "reach_training", "share_end", "last_five", "swing")
+EFFECT = Column("effect on it", "{:+.3f}", is_share=False)
+
+
+@dataclass(frozen=True)
+class Row:
+    """A row of the grid and the name of the row it is measured against; a reference has none."""
+
+    group: Group
+    reference: str | None
+
+
+def report(title: str, rows: Mapping[str, Row], results: Results) -> str:
+    """A table for each reference; rows without a finished run are left out."""
+    header = ["setting", "seeds", f"{COLUMNS[EFFECT_ON].title}, by seed", EFFECT.title]
+    header += [COLUMNS[key].title for key in SHOWN]
+    parts = [title, f"Effect: difference of {COLUMNS[EFFECT_ON].title} from the first row, paired by seed."]
+    for reference in (name for name, row in rows.items() if row.reference is None):
+        lines = _lines(reference, rows, results)
+        parts += [markdown(header, lines)] if lines else []
+    return "\n\n".join([*parts, "In brackets 95 % Student intervals over seeds, of shares cut at 0 and 1."])
+
+
+def _lines(reference: str, rows: Mapping[str, Row], results: Results) -> list[list[str]]:
+    base = results[reference]
+    effects = {name: effect(results[name], base) for name, row in rows.items() if row.reference == reference}
+    order = sorted(effects, key=lambda name: _sort_key(effects[name]))
+    names = [name for name in (reference, *order) if results[name]]
+    return [_line(rows[name].group, results[name], effects.get(name)) for name in names]
+
+
+def _sort_key(estimate: Estimate) -> tuple[bool, float]:
+    """Largest first, those not known yet at the end."""
+    return (estimate.value is None, -(estimate.value or 0.0))
+
+
+def effect(results: Sequence[Result], reference: Sequence[Result]) -> Estimate:
+    """Mean difference between runs of the same seed."""
+    base = {result.seed: getattr(result.figures, EFFECT_ON) for result in reference}
+    pairs = [(getattr(result.figures, EFFECT_ON), base.get(result.seed)) for result in results]
+    return mean([value - other for value, other in pairs if value is not None and other is not None])
+
+
+def _line(group: Group, results: Sequence[Result], difference: Estimate | None) -> list[str]:
+    column = COLUMNS[EFFECT_ON]
+    by_seed = [column.cell(Estimate(getattr(result.figures, EFFECT_ON), None, None)) for result in results]
+    return [
+        group.title + missing_note(group, results),
+        ", ".join(str(result.seed) for result in results),
+        ", ".join(by_seed),
+        NOTHING if difference is None else EFFECT.cell(difference),
+        *(COLUMNS[key].cell(over_seeds(results, key)) for key in SHOWN),
+    ]

@@ -1,0 +1,75 @@
+"""What programs that train groups of runs have in common: list them, train what is missing, write the table."""
+
+import shlex
+import statistics
+import sys
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+from tools.run_figures import figures_of
+from tools.run_groups import Group, finished, missing
+from tools.run_store import StoredRun, stored_runs
+from tools.run_tables import Result, Results, scene_note, write_csv
+from tools.run_training import AT_ONCE, log_of, train
+
+VERBS = ("list", "table")
+STEPS_PER_SECOND = 90.0  # of each of two runs at once on two cores, until there are runs to measure it by
+
+
+def run_grid(verb: str, groups: Mapping[str, Group], folder: Path, report: Callable[[Results], str]) -> None:
+    """Do what was asked: `list` the runs, write the `table` of those there are, or, with no verb, train and write it.
+
+    A run that failed ends the program with status 1, after the table of the others.
+    """
+    todo = missing(groups, stored_runs(folder))  # a wrong word is found before anything is done
+    if verb == "list":
+        print(plan(groups, stored_runs(folder)))
+        return
+    if verb != "table":
+        print(
+            f"{len(todo)} runs to train, {AT_ONCE} at a time; each one's output goes into {folder}/<run>.log",
+            flush=True,
+        )
+    failed = [] if verb == "table" else train(todo, folder)
+    write_tables(groups, folder, report)
+    if failed:
+        logs = ", ".join(str(log_of(run, folder)) for run in failed)
+        sys.exit(f"error: {len(failed)} of {len(todo)} runs failed; their last words are in {logs}")
+
+
+def write_tables(groups: Mapping[str, Group], folder: Path, report: Callable[[Results], str]) -> None:
+    """Write table.md and table.csv of the runs there are, and print the first."""
+    stored = stored_runs(folder)
+    results = {name: [Result(run, figures_of(run)) for run in runs] for name, runs in finished(groups, stored).items()}
+    parts = [report(results), scene_note(results), _missing_sentence(groups, stored)]
+    text = "\n\n".join(part for part in parts if part)
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "table.md").write_text(text + "\n", encoding="utf-8")
+    write_csv(folder / "table.csv", groups, results)
+    print(f"{text}\n\nwritten to {folder / 'table.md'} and {folder / 'table.csv'}")
+
+
+def _missing_sentence(groups: Mapping[str, Group], stored: list[StoredRun]) -> str:
+    todo = missing(groups, stored)
+    return f"{len(todo)} runs are missing." if todo else ""
+
+
+def plan(groups: Mapping[str, Group], stored: list[StoredRun]) -> str:
+    """Every group with the words of its runs, and about how long the missing ones take."""
+    there = finished(groups, stored)
+    lines = []
+    for name, group in groups.items():
+        seeds = ", ".join(str(seed) for seed in group.seeds)
+        lines.append(f"{name}: {group.title}; seeds {seeds}; {len(there[name])} of {len(group.seeds)} finished")
+        lines.append(f"    {shlex.join(group.options)}")
+    todo = missing(groups, stored)
+    steps = sum(int(run.settings["total_steps"]) for run in todo)
+    speed, source = _speed(stored)
+    hours = steps / speed / min(AT_ONCE, max(len(todo), 1)) / 3600
+    at = f"{AT_ONCE} at once at {speed:.0f} steps/s each, {source}"
+    return "\n".join([*lines, f"{len(todo)} runs of {steps} steps in all to train: about {hours:.1f} h, {at}"])
+
+
+def _speed(stored: list[StoredRun]) -> tuple[float, str]:
+    speeds = [speed for run in stored if (speed := figures_of(run).steps_per_second)]
+    return (statistics.median(speeds), "as measured here") if speeds else (STEPS_PER_SECOND, "a guess")

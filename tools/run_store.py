@@ -1,0 +1,96 @@
+"""Finished runs in a folder, found by what they were trained with and not by their name.
+
+So one run serves every group that asks for the same, and a run whose options have changed since serves none.
+"""
+
+import shutil
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from asddpg.errors import UserError
+from asddpg.run_folder import RunFolder, read_config
+
+Settings = dict[str, Any]
+SHOWN_DIFFERENCES = 3
+
+
+@dataclass(frozen=True)
+class StoredRun:
+    """A finished run."""
+
+    folder: RunFolder
+    settings: Settings
+    made_with: dict[str, str]
+
+
+def stored_runs(folder: Path) -> list[StoredRun]:
+    """The finished runs in a folder; one whose configuration cannot be read counts as none."""
+    runs = []
+    for path in sorted(folder.glob("*/")):
+        run = RunFolder(path)
+        if is_finished(run) and (read := _read(run)):
+            runs.append(StoredRun(run, *read))
+    return runs
+
+
+def is_finished(run: RunFolder) -> bool:
+    """Whether a run came to its end: what it took is written last."""
+    return run.resources.is_file() and run.config.is_file()
+
+
+def find(settings: Settings, runs: Sequence[StoredRun]) -> StoredRun | None:
+    """The run that was trained with these settings."""
+    return next((run for run in runs if run.settings == settings), None)
+
+
+def make_room(path: Path, settings: Settings) -> str:
+    """Free the folder of a run to train: an unfinished run is removed, everything else kept under another name.
+
+    Returns:
+        What was kept and why, or nothing.
+    """
+    run = RunFolder(path)
+    if not path.exists():
+        return ""
+    if run.config.is_file() and not is_finished(run):
+        shutil.rmtree(path)
+        return ""
+    read = _read(run)
+    reason = _named(differences(read[0], settings)) if read else "is no run that can be read"
+    kept = next(old for number in range(1, 10_000) if not (old := path.with_name(f"{path.name}.old{number}")).exists())
+    path.rename(kept)
+    return f"{path} {reason}; it is kept as {kept} and trained anew"
+
+
+def differences(old: Settings, new: Settings) -> list[str]:
+    """Options that differ, each as `name was … and is …`."""
+    flat_old, flat_new = dict(_flat(old)), dict(_flat(new))
+    return [
+        f"{name} was {flat_old.get(name, 'not there')} and is {flat_new.get(name, 'not there')}"
+        for name in [*flat_new, *(name for name in flat_old if name not in flat_new)]
+        if flat_old.get(name) != flat_new.get(name) or (name in flat_old) != (name in flat_new)
+    ]
+
+
+def _named(found: Sequence[str]) -> str:
+    more = f" and {len(found) - SHOWN_DIFFERENCES} more" if len(found) > SHOWN_DIFFERENCES else ""
+    return f"was trained with other options ({', '.join(found[:SHOWN_DIFFERENCES])}{more})"
+
+
+def _flat(settings: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    for name, value in settings.items():
+        if isinstance(value, Mapping):
+            yield from _flat(value, f"{prefix}{name}.")
+        else:
+            yield f"{prefix}{name}", value
+
+
+def _read(run: RunFolder) -> tuple[Settings, dict[str, str]] | None:
+    try:
+        settings, made_with = read_config(run.config)
+    except (UserError, OSError):
+        return None
+    settings.pop("run_dir", None)
+    return settings, made_with

@@ -1,0 +1,131 @@
+"""Tables of finished runs: Markdown with means and 95 % Student intervals over seeds, and CSV with a row a run."""
+
+import csv
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from asddpg.intervals import Estimate, mean
+from tools.run_figures import RunFigures
+from tools.run_groups import Group
+from tools.run_store import StoredRun
+
+NOTHING = "–"
+
+
+@dataclass(frozen=True)
+class Column:
+    """How a figure is shown; the interval of a rate or share is cut at 0 and 1, where it ends."""
+
+    title: str
+    form: str = "{:.3f}"
+    is_share: bool = True
+
+    def cell(self, estimate: Estimate) -> str:
+        """A figure with its interval, where it has one."""
+        value, low, high = estimate
+        if value is None:
+            return NOTHING
+        if low is None or high is None:
+            return self.form.format(value)
+        if self.is_share:
+            low, high = max(low, 0.0), min(high, 1.0)
+        return f"{self.form} [{self.form}, {self.form}]".format(value, low, high)
+
+
+COLUMNS = {
+    "reach_training": Column("reach while training"),
+    "reach_last": Column("reach alone, last"),
+    "crash_last": Column("crash alone, last"),
+    "reach_best": Column("reach alone, best"),
+    "share_1": Column("controller 1/4"),
+    "share_2": Column("2/4"),
+    "share_3": Column("3/4"),
+    "share_4": Column("4/4"),
+    "share_end": Column("last 10 %"),
+    "last_five": Column("last five validations"),
+    "best_five": Column("best five"),
+    "swing": Column("difference", is_share=False),
+    "steps_per_second": Column("steps/s", "{:.0f}", is_share=False),
+    "memory_mb": Column("memory (MB)", "{:.0f}", is_share=False),
+}
+
+
+@dataclass(frozen=True)
+class Result:
+    """A finished run with its figures."""
+
+    run: StoredRun
+    figures: RunFigures
+
+    @property
+    def seed(self) -> int:
+        """Seed of the run."""
+        return int(self.run.settings["seed"])
+
+
+Results = Mapping[str, Sequence[Result]]
+
+
+def over_seeds(results: Sequence[Result], figure: str) -> Estimate:
+    """Mean of a figure with its interval; of the runs that have it."""
+    values = [getattr(result.figures, figure) for result in results]
+    return mean([value for value in values if value is not None])
+
+
+def runs_table(groups: Mapping[str, Group], results: Results) -> str:
+    """A row a run, and below each group its means."""
+    rows = []
+    for name, group in groups.items():
+        found = results[name]
+        for result in found:
+            cells = [column.cell(Estimate(getattr(result.figures, key), None, None)) for key, column in COLUMNS.items()]
+            rows.append([f"{group.title}, seed {result.seed}", *cells])
+        if found:
+            title = f"**mean of {len(found)}**{missing_note(group, found)}"
+            rows.append([title, *(column.cell(over_seeds(found, key)) for key, column in COLUMNS.items())])
+    return markdown(["run", *(column.title for column in COLUMNS.values())], rows)
+
+
+def missing_note(group: Group, found: Sequence[Result]) -> str:
+    """What to add to a row that does not have all its runs yet."""
+    return "" if len(found) == len(group.seeds) else f" (of {len(group.seeds)}, unfinished)"
+
+
+def markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """A Markdown table."""
+    lines = [header, ["---"] * len(header), *rows]
+    return "\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in line)} |" for line in lines)
+
+
+def scene_note(results: Results) -> str:
+    """A warning where runs in one scene were made with different models of it: they are not one experiment."""
+    models: dict[str, set[str]] = {}
+    for result in (result for found in results.values() for result in found):
+        task = result.run.settings["task"]
+        scene = f"{task['name']} with {task['laser']['num_beams']} beams"
+        models.setdefault(scene, set()).add(result.run.made_with.get("model_hash", "unknown"))
+    mixed = [f"{scene} ({', '.join(sorted(hashes))})" for scene, hashes in models.items() if len(hashes) > 1]
+    return f"Runs made with different models of a scene stand side by side: {'; '.join(mixed)}." if mixed else ""
+
+
+def write_csv(path: Path, groups: Mapping[str, Group], results: Results) -> None:
+    """A row a run and group; empty where there was nothing to measure."""
+    columns = [
+        "group",
+        "seed",
+        *(field.name for field in dataclasses.fields(RunFigures)),
+        "model_hash",
+        "folder",
+        "words",
+    ]
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(columns)
+        for name, found in results.items():
+            for result in found:
+                figures = dataclasses.astuple(result.figures)
+                made = result.run.made_with.get("model_hash", "")
+                words = " ".join((*groups[name].options, f"seed={result.seed}"))
+                writer.writerow([name, result.seed, *figures, made, result.run.folder.path, words])
