@@ -70,7 +70,6 @@ class AsDDPG:
         self._withdrawal = withdrawal
         self._total_steps = total_steps
         self._smoothing = torch.Generator(device).manual_seed(smoothing_seed)
-        self._follows_switch = controller is not None and config.critic_follows_switch
         self.steps = self.updates = 0
 
     @staticmethod
@@ -178,13 +177,11 @@ class AsDDPG:
         return learned
 
     def _target_rule(self, batch: Batch) -> TargetRule:
-        """Q^A follows the switch as far as the controller may still drive."""
-        follow_switch = 1.0 - self._withdrawal.share if self._follows_switch else 0.0
         noise, sigma = None, self.config.target_noise
         if sigma:
             noise = torch.empty_like(batch.a).normal_(0.0, sigma, generator=self._smoothing)
             noise = noise.clamp_(-2.0 * sigma, 2.0 * sigma)
-        return TargetRule(self.config.gamma, follow_switch, noise)
+        return TargetRule(self.config.gamma, self.config.critic_follows_switch, noise)
 
     def _anneal(self) -> None:
         """Adam's steps shrink linearly over the last `annealing` of training."""

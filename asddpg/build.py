@@ -89,7 +89,7 @@ def make_agent(config: TrainConfig, environment: gymnasium.Env) -> AsDDPG:
             half_range=(high - low) / 2,
             theta=exploration.theta,
             sigma=exploration.sigma,
-            decay_steps=exploration.decay_steps,
+            decay_steps=round(exploration.decay * config.total_steps),
             final_scale=exploration.final_scale,
             rng=stream(config.seed, "exploration"),
         ),

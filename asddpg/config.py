@@ -76,10 +76,10 @@ class WithdrawalConfig:
     # Share at first.
     first_share: float = 0.0
     # Share in the end.
-    last_share: float = 0.0
+    last_share: float = 1.0
     # Shares of training between which it goes from the one to the other.
-    begin: float = 0.2
-    end: float = 0.7
+    begin: float = 0.1
+    end: float = 0.9
     # Steps after which is drawn anew within an episode; 0 draws for whole episodes.
     stretch_steps: int = 0
 
@@ -98,7 +98,7 @@ class LearningConfig:
     # Adam's step for the policy.
     actor_learning_rate: float = 1e-4
     # Adam's step for the Critic-DQN.
-    critic_learning_rate: float = 1e-3
+    critic_learning_rate: float = 3e-4
     # N of Algorithm 1, transitions an update.
     batch_size: int = 32
     # Transitions the replay buffer holds.
@@ -122,11 +122,11 @@ class LearningConfig:
     # σ of the noise on π' in y^A, in units of half an action's range, cut at twice that (TD3).
     target_noise: float = 0.0
     # Updates of the critic for each of the policy (TD3).
-    policy_every: int = 1
+    policy_every: int = 2
     # Whether a batch is half from the actor's steps and half from the controller's.
     balanced_batches: bool = False
     # Share of training, at its end, over which Adam's steps go to zero.
-    annealing: float = 0.0
+    annealing: float = 0.3
     withdrawal: WithdrawalConfig = field(default_factory=WithdrawalConfig)
 
 
@@ -148,8 +148,8 @@ class ExplorationConfig:
     theta: float = 0.15
     # Standard deviation of what each step adds.
     sigma: float = 0.2
-    # Training steps after which the noise has faded to its final scale; 0 fades it at once.
-    decay_steps: int = 50_000
+    # Share of training over which the noise fades to its final scale; 0 fades it at once.
+    decay: float = 0.8
     # Scale from then on.
     final_scale: float = 0.1
 
@@ -159,7 +159,7 @@ class ValidationConfig:
     """Evaluations of the actor alone on the stored validation set, while training."""
 
     # Training steps between two; 0 for none.
-    every: int = 10_000
+    every: int = 5_000
     # Pairs used, of the 50 stored.
     episodes: int = 50
     # Whether each keeps the networks' weights, for tools.diagnose.
@@ -288,7 +288,7 @@ RULES: dict[str, Rule] = {
     "controller.gains": (_two_finite, "two numbers within a million, P_l and P_r"),
     "exploration.theta": (lambda value: 0 <= value < 2, "from 0 to below 2, where the noise would grow without bound"),
     "exploration.sigma": _NOT_NEGATIVE,
-    "exploration.decay_steps": _NOT_NEGATIVE,
+    "exploration.decay": _SHARE,
     "exploration.final_scale": _SHARE,
     "checkpoint": (lambda value: value in ("last", "best"), "last or best"),
     "driver": (lambda value: value in ("actor", "switch"), "actor or switch"),

@@ -48,12 +48,12 @@ class TargetRule(NamedTuple):
 
     Attributes:
         gamma: γ.
-        follow_switch: share w in which Q^A bootstraps from the switch's value and not from its own.
+        follow_switch: whether Q^A bootstraps from the switch's value and not from its own.
         noise: of target smoothing, [B, A], in units of half an action's range; None for none.
     """
 
     gamma: float
-    follow_switch: float = 0.0
+    follow_switch: bool = False
     noise: Tensor | None = None
 
 
@@ -64,23 +64,20 @@ def bellman_targets(batch: Batch, online: Networks, target: Networks, rule: Targ
     y^A = r + γ Q^A'(x', π'(x')),  y^Q = r + γ Q'(x', argmax_σ Q(x', σ)): the online switch chooses, the target switch
     rates (double DQN). After the end of an episode nothing is added; after a time limit everything is.
 
-    With w = `follow_switch`, y^A = r + γ (w Q'(x', argmax_σ Q(x', σ)) + (1 − w) Q^A'(x', π'(x'))): what follows is
-    worth what the pair makes of it as far as the controller may still drive, and what the actor makes of it from there.
-    With twin critics Q^A' is the smaller of the two, and with `noise` π' is smoothed (TD3, Fujimoto et al., 2018).
+    With `follow_switch`, y^A takes the value that y^Q takes. With twin critics Q^A' is the smaller of the two, and with
+    `noise` π' is smoothed (TD3, Fujimoto et al., 2018).
     """
     gamma_next = rule.gamma * batch.discount
     next_features = target.features(batch.x_next)
-    next_value = torch.zeros_like(batch.r)
     y_q = None
     if online.switch is not None and target.switch is not None:
         sigma = online.switch(online.features(batch.x_next)).argmax(dim=1, keepdim=True)
-        pair_value = target.switch(next_features).gather(1, sigma).squeeze(1)
-        y_q = batch.r_switch + gamma_next * pair_value
-        next_value = rule.follow_switch * pair_value
-    if rule.follow_switch < 1.0:
-        actor_value = _actor_value(batch.x_next, next_features, target, rule.noise)
-        next_value = next_value + (1.0 - rule.follow_switch) * actor_value
-    return Targets(batch.r + gamma_next * next_value, y_q)
+        next_value = gamma_next * target.switch(next_features).gather(1, sigma).squeeze(1)
+        y_q = batch.r_switch + next_value
+        if rule.follow_switch:
+            return Targets(batch.r + next_value, y_q)
+    y_a = batch.r + gamma_next * _actor_value(batch.x_next, next_features, target, rule.noise)
+    return Targets(y_a, y_q)
 
 
 def _actor_value(x: Tensor, features: Tensor, target: Networks, noise: Tensor | None) -> Tensor:

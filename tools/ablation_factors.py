@@ -60,11 +60,23 @@ FACTORS = {
         off=("agent.withdrawal.stretch_steps=0",),
         on=("agent.withdrawal.first_share=0.5", "agent.withdrawal.last_share=0.5", "agent.withdrawal.stretch_steps=20"),
     ),
-    "td3": Factor(
-        "twin critics, target smoothing, delayed policy",
+    "twin_critics": Factor(
+        "twin critics and target smoothing",
+        "TD3 (Fujimoto et al., 2018); Q^A then bootstraps from itself",
+        off=("agent.twin_critics=false", "agent.target_noise=0"),
+        on=("agent.twin_critics=true", "agent.target_noise=0.1", "agent.critic_follows_switch=false"),
+    ),
+    "delayed_policy": Factor(
+        "an update of the policy for every two of the critic",
         "TD3 (Fujimoto et al., 2018)",
-        off=("agent.twin_critics=false", "agent.target_noise=0", "agent.policy_every=1"),
-        on=("agent.twin_critics=true", "agent.target_noise=0.1", "agent.policy_every=2"),
+        off=("agent.policy_every=1",),
+        on=("agent.policy_every=2",),
+    ),
+    "slow_critic": Factor(
+        "Adam's step of the critic 3e-4 instead of 1e-3",
+        "TD3's authors' later code",
+        off=("agent.critic_learning_rate=1e-3",),
+        on=("agent.critic_learning_rate=3e-4",),
     ),
     "layer_norm": Factor(
         "LayerNorm in the critic",
@@ -93,8 +105,8 @@ FACTORS = {
     "shared_convolutions": Factor(
         "one convolutional front for policy and critic",
         "the paper's Fig. 2",
-        off=("network.shared_convolutions=false",),
-        on=("network.shared_convolutions=true",),
+        off=("network.convolutions=separate",),
+        on=("network.convolutions=shared",),
     ),
     "noise_floor": Factor(
         "exploration noise fades to a tenth, not to nothing",

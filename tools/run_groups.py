@@ -10,7 +10,7 @@ from asddpg.config import TrainConfig
 from tools.run_store import Settings, StoredRun, find
 
 # Validations in every run, however long it is, so that figures over the last five of them mean the same.
-VALIDATIONS = 10
+VALIDATIONS = 20
 
 
 @dataclass(frozen=True)

@@ -45,6 +45,15 @@ class Identity:
         return self._observe(), reward, False, self.steps == 10, {}
 
 
+# Nothing that only pays over a long training.
+FAST: dict[str, Any] = {
+    "critic_learning_rate": 1e-3,
+    "policy_every": 1,
+    "annealing": 0.0,
+    "withdrawal": WithdrawalConfig(last_share=0.0),
+}
+
+
 class Useless:
     def act(self, observation: Observation) -> Action:
         return LOW
@@ -52,7 +61,7 @@ class Useless:
 
 def make_agent(controller: Any, seed: int = 0, **learning: Any) -> AsDDPG:
     assisted = controller is not None
-    settings = {"critic_follows_switch": assisted, "imitation": float(assisted)} | learning
+    settings = FAST | {"critic_follows_switch": assisted, "imitation": float(assisted)} | learning
     config = LearningConfig(learning_starts=100, actor_learning_rate=1e-3, gamma=0.5, assisted=assisted, **settings)
     shape = NetworkShape(3, None, LOW.tolist(), HIGH.tolist(), (32, 32), twin_critics=config.twin_critics)
     torch.manual_seed(seed)
@@ -126,7 +135,7 @@ def test_an_update_is_critic_then_policy_then_targets(learning: dict[str, Any]) 
             for parameter, gradient in zip(parameters, gradients, strict=True):
                 parameter.sub_(rate * gradient / (gradient.abs() + 1e-8))
 
-    rule = TargetRule(config.gamma, follow_switch=float(config.critic_follows_switch))
+    rule = TargetRule(config.gamma, follow_switch=config.critic_follows_switch)
     targets = bellman_targets(batch, twin, target, rule)
     loss = critic_dqn_loss(batch, twin.features(batch.x), twin, targets)
     step(twin.critic_dqn_parameters(), loss.total, config.critic_learning_rate)

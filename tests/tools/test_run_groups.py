@@ -18,7 +18,7 @@ GROUPS = {"default": DEFAULT, "widths": WIDTHS, "small": SMALL}
 def test_an_experiment_that_two_groups_ask_for_is_trained_once() -> None:
     runs = missing(GROUPS, [])
     assert [run.name for run in runs] == ["default_seed0", "default_seed1", "default_seed2", "small_seed0"]
-    assert runs[0].words == ("total_steps=1000", "validation.every=100", "task=nav_empty", "seed=0")
+    assert runs[0].words == ("total_steps=1000", "validation.every=50", "task=nav_empty", "seed=0")
 
 
 def test_a_finished_run_serves_every_group_that_asks_for_it(tmp_path: Path) -> None:
