@@ -91,15 +91,22 @@ def _share_over_training(axes: Axes, diagnosis: Diagnosis) -> None:
     axes.plot(_thousands(training.steps), _floats(training.shares), color="0.45", label="training, with noise")
     pairs = [snapshot.pair for snapshot in diagnosis.snapshots if snapshot.pair is not None]
     PAIR.line(axes, _steps(diagnosis), [figures.controller_share for figures in pairs], "validation pairs, no noise")
-    axes.set(title="over training", xlabel="training step (thousands)", ylabel="controller's share", ylim=(-0.02, 1.02))
-    axes.legend()
+    axes.set(title="over training", xlabel="training step (thousands)", ylabel="controller's share")
+    _leave_room_above(axes)
+    axes.legend(loc="upper center", fontsize=9)
 
 
 def _share_by_distance(axes: Axes, diagnosis: Diagnosis) -> None:
     for part, colour in zip(diagnosis.by_distance, QUARTER_COLOURS, strict=True):
         axes.plot(part.distances, part.shares, color=colour, marker="o", ms=3, label=f"quarter {part.quarter}")
-    axes.set(title="by distance, while training", xlabel="distance to the goal (m)", ylim=(-0.02, 1.02))
-    axes.legend(title="of training", loc="upper center", ncols=2, fontsize=8, title_fontsize=8)
+    axes.set(title="by distance, while training", xlabel="distance to the goal (m)")
+    _leave_room_above(axes)
+    axes.legend(title="of training", loc="upper center", ncols=2, fontsize=9, title_fontsize=9)
+
+
+def _leave_room_above(axes: Axes) -> None:
+    """For a legend: shares end at 1."""
+    axes.set(ylim=(-0.02, 1.35), yticks=np.linspace(0.0, 1.0, 6))
 
 
 def _share_by_place(sheet: Sheet, axes: Axes, diagnosis: Diagnosis, obstacles: Obstacles) -> None:

@@ -66,4 +66,4 @@ class Sheet:
 
     def save(self, path: Path) -> None:
         """Write a PNG in which nothing depends on versions or the clock."""
-        self.figure.savefig(path, dpi=100, metadata={"Software": None}, pil_kwargs={"optimize": True})
+        self.figure.savefig(path, dpi=90, metadata={"Software": None}, pil_kwargs={"optimize": True})

@@ -2,14 +2,13 @@
 
 import json
 import shutil
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 from PIL import Image
 
-from asddpg import train
+from asddpg import program, train
 from asddpg.errors import UserError
 from asddpg.run_folder import RunFolder
 from tests.asddpg.test_commands import read_rows
@@ -126,8 +125,9 @@ def test_without_matplotlib_one_sentence_says_what_to_install(run: Path, monkeyp
         diagnose.main([f"run={run}"])
 
 
-def test_help_needs_no_run() -> None:
-    words = [sys.executable, "-m", "tools.diagnose", "-h"]
-    done = subprocess.run(words, capture_output=True, text=True, check=True)
+def test_help_needs_no_run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(sys, "argv", ["diagnose", "-h"])
+    program.run(diagnose.main, str(diagnose.__doc__))
+    printed = capsys.readouterr().out
     for name in ("run=", "every=", "episodes=", "docs/instruments.md"):
-        assert name in done.stdout
+        assert name in printed
