@@ -88,7 +88,14 @@ def _controller_share(diagnosis: Diagnosis, obstacles: Obstacles) -> Sheet:
 
 def _share_over_training(axes: Axes, diagnosis: Diagnosis) -> None:
     training = diagnosis.training
-    axes.plot(_thousands(training.steps), _floats(training.shares), color="0.45", label="training, with noise")
+    axes.plot(
+        _thousands(training.steps),
+        _floats(training.shares),
+        color="0.45",
+        marker=".",
+        ms=3,
+        label="training, with noise",
+    )
     pairs = [snapshot.pair for snapshot in diagnosis.snapshots if snapshot.pair is not None]
     PAIR.line(axes, _steps(diagnosis), [figures.controller_share for figures in pairs], "validation pairs, no noise")
     axes.set(title="over training", xlabel="training step (thousands)", ylabel="controller's share")
