@@ -64,6 +64,7 @@ def evaluate(
         control_timestep: seconds a step.
         observers: who watches.
     """
+    environment.reset(seed=0)  # of a laser's noise: the same evaluation gives the same figures
     episodes = [
         run_episode(environment, agent, observers, options={"start": pair.start, "goal": pair.goal}) for pair in pairs
     ]

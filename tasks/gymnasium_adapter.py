@@ -116,7 +116,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
             if rest or not np.all(np.abs([goal_x, goal_y, x, y, yaw]) < GOAL_BOUND / 2):
                 raise ValueError
         except (KeyError, TypeError, ValueError) as error:
-            wanted = "goal (x, y) and, if not at the origin, start (x, y, yaw), all below {GOAL_BOUND / 2:g}"
+            wanted = f"goal (x, y) and, if not at the origin, start (x, y, yaw), all below {GOAL_BOUND / 2:g}"
             raise TaskError(f"reset options are {wanted}, not {options}") from error
         self._task.set_next_pair(Pose(x, y, yaw), (goal_x, goal_y))
 

@@ -17,7 +17,6 @@ COLUMNS = (
     "reach_100", "crash_100", "timeout_100", "critic_loss", "switch_loss", "policy_loss",
     "td_error_policy", "td_error_controller",
 )  # fmt: skip
-BY_ORIGIN = COLUMNS[-2:]  # nan in an update whose batch had no sample of that origin
 
 
 class ScalarWriter(Protocol):
@@ -55,32 +54,23 @@ class MetricsLog:
         self._tensorboard = tensorboard
         self._recent = RecentEpisodes()
         self._steps, self._episodes = 0, 0
-        self._sums: dict[str, Any] = {}
-        self._by_origin: dict[str, list[SupportsFloat]] = {}
-        self._updates = 0
+        self._learned: dict[str, list[SupportsFloat]] = {}
         self._begun = time.perf_counter()
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
-        """Sums begin anew."""
-        self._sums, self._updates = {}, 0
-        self._by_origin = {name: [] for name in BY_ORIGIN}
+        """Means begin anew."""
+        self._learned = {}
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
-        """Add up what was learned."""
+        """Keep what was learned; to look at a value here would make a GPU wait."""
         self._steps += 1
-        if learned:
-            self._updates += 1
-            for name, value in learned.items():
-                if name in self._by_origin:  # kept, not added up: one nan would swallow the episode
-                    self._by_origin[name].append(value)
-                else:
-                    self._sums[name] = self._sums.get(name, 0.0) + value
+        for name, value in learned.items():
+            self._learned.setdefault(name, []).append(value)
 
     def end_episode(self, episode: Episode) -> None:
         """Write the row."""
         self._episodes += 1
         self._recent.add(episode.outcome)
-        losses = {name: float(total) / self._updates for name, total in self._sums.items()}
         row: dict[str, Any] = {
             "step": self._steps,
             "episode": self._episodes,
@@ -90,8 +80,7 @@ class MetricsLog:
             "path_length": episode.path_length,
             "controller_share": episode.controller_share,
             **{f"{outcome}_100": self._recent.share(full) for outcome, full in _WINDOWED.items()},
-            **losses,
-            **self._means_by_origin(),
+            **self._means(),
         }
         self._metrics.writerow([row.get(column, "") for column in COLUMNS])
         self._metrics_file.flush()
@@ -102,9 +91,9 @@ class MetricsLog:
         self._timing.writerow((self._steps, f"{seconds:.3f}", f"{self._steps / seconds:.1f}"))
         self._timing_file.flush()
 
-    def _means_by_origin(self) -> dict[str, float]:
-        """Means over the updates that had samples of that origin; none where no update had."""
-        known = {name: [v for v in map(float, values) if not math.isnan(v)] for name, values in self._by_origin.items()}
+    def _means(self) -> dict[str, float]:
+        """Means over the updates that had the figure: a TD error is nan where a batch had no sample of that driver."""
+        known = {name: [v for v in map(float, values) if not math.isnan(v)] for name, values in self._learned.items()}
         return {name: sum(values) / len(values) for name, values in known.items() if values}
 
     def close(self) -> None:

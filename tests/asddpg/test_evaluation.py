@@ -6,11 +6,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from asddpg.build import make_environment
 from asddpg.compose import train_config
 from asddpg.config import RewardConfig, TaskConfig
-from asddpg.evaluation import figures_of
+from asddpg.drivers import FixedDriver
+from asddpg.evaluation import evaluate, figures_of
 from asddpg.intervals import mean, rate
-from asddpg.types import Episode
+from asddpg.types import Decision, Driver, Episode, Observation
 from tasks import ALL_TASKS, NavigationConfig
 from tasks.fresh_pairs import stored_pairs
 from tasks.held_out import held_out_pairs
@@ -33,6 +35,21 @@ def test_figures_of_known_episodes() -> None:
     # The second drove less than the grid's shortest path, which counts as no detour.
     assert figures.spl.value == pytest.approx((2.0 / 4.0 + 1.0) / 4)
     assert figures.controller_share == pytest.approx(40 / 380)
+
+
+def test_a_noisy_laser_gives_the_same_figures_twice() -> None:
+    config = train_config(["task=nav_simple", "task.laser.noise=3", "task.time_limit_steps=30"])
+    seen: list[list[Observation]] = []
+
+    def by_scan(observation: Observation) -> Decision:
+        seen[-1].append(observation.copy())
+        return Decision(np.array([0.3, observation[0]], dtype=np.float32), Driver.POLICY)
+
+    for _ in range(2):
+        seen.append([])
+        environment = make_environment(config.task, config.reward)
+        evaluate(environment, FixedDriver(by_scan), held_out_pairs("nav_simple", "test")[:2], 0.2)
+    np.testing.assert_array_equal(seen[0], seen[1])
 
 
 def test_nothing_reached_has_no_time() -> None:
