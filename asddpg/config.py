@@ -116,7 +116,7 @@ class LearningConfig:
     # Weight of imitating the controller where the critic prefers its action; 0 leaves the paper's Eq. 5.
     imitation: float = 1.0
     # Steps that a return reaches ahead before it bootstraps.
-    n_steps: int = 1
+    n_steps: int = 3
     # Two critics, the smaller one bootstraps (TD3, Fujimoto et al., 2018).
     twin_critics: bool = False
     # σ of the noise on π' in y^A, in units of half an action's range, cut at twice that (TD3).

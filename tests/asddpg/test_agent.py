@@ -49,6 +49,7 @@ class Identity:
 FAST: dict[str, Any] = {
     "critic_learning_rate": 1e-3,
     "policy_every": 1,
+    "n_steps": 1,
     "annealing": 0.0,
     "withdrawal": WithdrawalConfig(last_share=0.0),
 }
