@@ -82,6 +82,7 @@ class AsDDPG:
         """Exploration noise starts anew, and who may drive is drawn."""
         self._noise.reset()
         self._withdrawal.begin_episode()
+        self._returns.begin_episode()
 
     def decide(self, observation: Observation) -> Decision:
         """Algorithm 1, lines 9–15: the greedy switch, then the policy with noise, or the controller."""

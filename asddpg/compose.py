@@ -22,7 +22,7 @@ Config = TypeVar("Config", TrainConfig, EvaluateConfig)
 
 GROUPS = {
     "task": ALL_TASKS,
-    "agent": ("asddpg", "asddpg_paper", "ddpg"),
+    "agent": ("asddpg", "asddpg_paper", "astd3", "ddpg"),
     "network": ("fc2x100", "fc3x100", "fc3x256"),
     "reward": tuple(REWARDS),
 }

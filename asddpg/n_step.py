@@ -17,6 +17,10 @@ class NStepReturns:
         self._n, self._gamma = n, gamma
         self._open: deque[Transition] = deque()
 
+    def begin_episode(self) -> None:
+        """Forget an episode that was broken off from outside: what followed its last steps is not known."""
+        self._open.clear()
+
     def add(self, transition: Transition, is_last: bool) -> list[Transition]:
         """Take in a step; returns the transitions that it completes.
 

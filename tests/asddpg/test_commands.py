@@ -157,7 +157,7 @@ def test_a_controller_of_ones_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 
 WRONG_TRAINING = [
     ("task=nav_foo", "nav_empty, nav_simple, nav_complex"),
-    ("agent=sac", "asddpg, asddpg_paper, ddpg"),
+    ("agent=sac", "asddpg, asddpg_paper, astd3, ddpg"),
     ("agent=controller", "asddpg.evaluate agent=controller"),
     ("network=fc9x9", "fc2x100, fc3x100, fc3x256"),
     ("reward=lush", "dense, sparse"),

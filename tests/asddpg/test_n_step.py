@@ -47,6 +47,14 @@ def test_episodes_are_not_joined() -> None:
     assert returns.add(transition(5), is_last=False) == []
 
 
+def test_an_episode_cut_from_outside_is_not_joined_with_the_next() -> None:
+    returns = NStepReturns(3, 0.9)
+    returns.add(transition(0), is_last=False)
+    returns.begin_episode()
+    (only,) = returns.add(transition(7), is_last=True)
+    assert only.observation[0] == 7.0
+
+
 def test_a_balanced_batch_is_half_from_each_driver() -> None:
     replay = BalancedReplay(1000, 1, 2, np.random.default_rng(0))
     for index in range(100):
