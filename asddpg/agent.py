@@ -9,6 +9,7 @@ import torch
 from torch import Tensor
 from torch.optim import Adam
 
+from asddpg.annealing import Annealing
 from asddpg.assistance import assisted_reward
 from asddpg.config import LearningConfig
 from asddpg.controllers import Controller
@@ -16,7 +17,7 @@ from asddpg.exploration import OrnsteinUhlenbeckNoise
 from asddpg.flat import FlatParameters
 from asddpg.losses import Batch, TargetRule, bellman_targets, critic_dqn_loss, policy_loss
 from asddpg.n_step import NStepReturns
-from asddpg.networks import Networks, NetworkShape
+from asddpg.networks import CONTROLLER, POLICY, Networks, NetworkShape
 from asddpg.replay import Replay, Transition
 from asddpg.types import Action, Decision, Driver, Observation, Step
 from asddpg.withdrawal import Withdrawal
@@ -34,7 +35,7 @@ class AsDDPG:
         noise: OrnsteinUhlenbeckNoise,
         controller: Controller | None,
         withdrawal: Withdrawal,
-        total_steps: int,
+        annealing: Annealing,
         smoothing_seed: int,
         device: torch.device,
     ) -> None:
@@ -48,7 +49,7 @@ class AsDDPG:
             noise: ε.
             controller: the training wheels; None makes this DDPG.
             withdrawal: when the actor drives alone.
-            total_steps: steps of training there will be, for what changes over training.
+            annealing: how Adam's steps shrink.
             smoothing_seed: of the noise on π' in y^A.
             device: where the networks live.
         """
@@ -67,8 +68,7 @@ class AsDDPG:
         self._critic_optimizer = Adam([self._critic_dqn.vector], lr=config.critic_learning_rate, fused=True)
         self._policy_optimizer = Adam([self._policy.vector], lr=config.actor_learning_rate, fused=True)
         self._returns = NStepReturns(config.n_steps, config.gamma)
-        self._withdrawal = withdrawal
-        self._total_steps = total_steps
+        self._withdrawal, self._annealing = withdrawal, annealing
         self._smoothing = torch.Generator(device).manual_seed(smoothing_seed)
         self.steps = self.updates = 0
 
@@ -159,8 +159,11 @@ class AsDDPG:
         loss = critic_dqn_loss(batch, self.networks.features(batch.x), self.networks, targets)
         self._critic_dqn.differentiate(loss.total)
         self._critic_optimizer.step()
-        learned = {"critic_loss": loss.critic.detach()}
-        learned["td_error_policy"], learned["td_error_controller"] = loss.td_errors
+        learned = {
+            "critic_loss": loss.critic.detach(),
+            "td_error_policy": loss.td_errors[POLICY],
+            "td_error_controller": loss.td_errors[CONTROLLER],
+        }
         if loss.switch is not None:
             learned["switch_loss"] = loss.switch.detach()
 
@@ -185,11 +188,7 @@ class AsDDPG:
         return TargetRule(self.config.gamma, self.config.critic_follows_switch, noise)
 
     def _anneal(self) -> None:
-        """Adam's steps shrink linearly over the last `annealing` of training."""
-        if not self.config.annealing:
-            return
-        left = 1.0 - self.steps / self._total_steps
-        scale = min(1.0, left / self.config.annealing)
+        scale = self._annealing.scale(self.steps)
         self._critic_optimizer.param_groups[0]["lr"] = scale * self.config.critic_learning_rate
         self._policy_optimizer.param_groups[0]["lr"] = scale * self.config.actor_learning_rate
 

@@ -7,6 +7,7 @@ import numpy as np
 import torch
 
 from asddpg.agent import AsDDPG
+from asddpg.annealing import Annealing
 from asddpg.config import ControllerConfig, RewardConfig, TaskConfig, TrainConfig, WithdrawalConfig
 from asddpg.controllers import Controller, make_controller
 from asddpg.errors import UserError
@@ -95,7 +96,7 @@ def make_agent(config: TrainConfig, environment: gymnasium.Env) -> AsDDPG:
         ),
         controller=controller if learning.assisted else None,
         withdrawal=_withdrawal(learning.withdrawal, config.total_steps, stream(config.seed, "withdrawal")),
-        total_steps=config.total_steps,
+        annealing=Annealing(learning.annealing, config.total_steps),
         smoothing_seed=int(stream(config.seed, "smoothing").integers(2**63)),
         device=torch.device(config.device),
     )

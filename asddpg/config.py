@@ -58,9 +58,10 @@ class RewardConfig:
 
 @dataclass
 class NetworkConfig:
-    """Widths of the fully connected layers, alike in policy and critic."""
+    """Layers of policy and critic."""
 
     name: str = "fc3x256"
+    # Neurons of each fully connected layer, alike in policy and critic.
     widths: list[int] = field(default_factory=lambda: [256, 256, 256])
     # Whether the critic branch normalises each hidden layer (Ba et al., 2016).
     layer_norm: bool = False
@@ -312,15 +313,29 @@ def check(config: TrainConfig | EvaluateConfig) -> None:
         _check_assistance(config.agent)
 
 
+# Without a controller they would do nothing.
+_OF_ASSISTANCE = ("imitation", "critic_follows_switch", "balanced_batches", "controller_price", "charge_critic")
+
+
 def _check_assistance(agent: LearningConfig) -> None:
-    if not agent.assisted and (agent.imitation or agent.critic_follows_switch):
-        raise UserError("agent.imitation and agent.critic_follows_switch need a controller: agent.assisted=true")
+    idle = [] if agent.assisted else [name for name in _OF_ASSISTANCE if getattr(agent, name)]
+    if idle:
+        raise UserError(f"agent.{idle[0]} needs a controller: agent.assisted=true, or agent.{idle[0]} off")
+    if agent.assisted and agent.critic_follows_switch and (agent.twin_critics or agent.target_noise):
+        wanted = "agent.critic_follows_switch=false, as in agent=astd3"
+        raise UserError(f"agent.twin_critics and agent.target_noise act where Q^A bootstraps from itself: {wanted}")
+    if agent.withdrawal.begin > agent.withdrawal.end:
+        raise UserError(
+            f"agent.withdrawal.begin, {agent.withdrawal.begin}, must not come after .end, {agent.withdrawal.end}"
+        )
 
 
 def _check_buffer(agent: LearningConfig) -> None:
     for name, value in (("batch_size", agent.batch_size), ("learning_starts", agent.learning_starts)):
         if value > agent.buffer_size:
             raise UserError(f"agent.{name} must be at most agent.buffer_size, {agent.buffer_size}, not {value}")
+    if agent.balanced_batches and agent.batch_size < 2:
+        raise UserError("agent.balanced_batches needs an agent.batch_size of 2 or more")
 
 
 def _lookup(config: Any, name: str) -> Any:

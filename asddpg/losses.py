@@ -117,7 +117,7 @@ def critic_dqn_loss(batch: Batch, features: Tensor, online: Networks, targets: T
 
 
 def by_origin(values: Tensor, by_policy: Tensor) -> Tensor:
-    """Means of values, [B], over the policy's samples and over the controller's: [2], nan where there are none."""
+    """Means of values, [B], over samples of POLICY and of CONTROLLER: [2], nan where there are none."""
     origin = torch.stack([by_policy, 1.0 - by_policy])
     return origin @ values / origin.sum(dim=1)
 

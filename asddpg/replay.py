@@ -83,10 +83,8 @@ class BalancedReplay:
     """Two rings, the policy's steps and the controller's: a batch is half from each."""
 
     def __init__(self, capacity: int, observation_size: int, action_size: int, rng: np.random.Generator) -> None:
-        """Share room for `capacity` transitions between the two."""
-        self._policy, self._controller = (
-            ReplayBuffer(max(capacity // 2, 1), observation_size, action_size, rng) for _ in range(2)
-        )
+        """Lay out room for `capacity` transitions in each."""
+        self._policy, self._controller = (ReplayBuffer(capacity, observation_size, action_size, rng) for _ in range(2))
 
     def __len__(self) -> int:
         return len(self._policy) + len(self._controller)

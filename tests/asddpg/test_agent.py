@@ -9,6 +9,7 @@ import pytest
 import torch
 
 from asddpg.agent import AsDDPG
+from asddpg.annealing import Annealing
 from asddpg.config import LearningConfig, WithdrawalConfig
 from asddpg.controllers import ProportionalController
 from asddpg.drivers import actor_alone
@@ -60,24 +61,24 @@ class Useless:
         return LOW
 
 
-def make_agent(controller: Any, seed: int = 0, **learning: Any) -> AsDDPG:
+def make_agent(controller: Any, seed: int = 0, shape: NetworkShape | None = None, **learning: Any) -> AsDDPG:
     assisted = controller is not None
     settings = FAST | {"critic_follows_switch": assisted, "imitation": float(assisted)} | learning
     config = LearningConfig(learning_starts=100, actor_learning_rate=1e-3, gamma=0.5, assisted=assisted, **settings)
-    shape = NetworkShape(3, None, LOW.tolist(), HIGH.tolist(), (32, 32), twin_critics=config.twin_critics)
+    shape = shape or NetworkShape(3, None, LOW.tolist(), HIGH.tolist(), (32, 32), twin_critics=config.twin_critics)
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
     return AsDDPG(
         networks=Networks(shape, with_switch=controller is not None),
         shape=shape,
         config=config,
-        replay=ReplayBuffer(5000, 3, 2, rng),
+        replay=ReplayBuffer(5000, shape.observation_size, 2, rng),
         noise=OrnsteinUhlenbeckNoise((HIGH - LOW) / 2, 0.15, 0.3, 0, 1.0, rng),
         controller=controller,
         withdrawal=Withdrawal(
             1000, 2000, config.withdrawal.first_share, config.withdrawal.last_share, 0, np.random.default_rng(seed)
         ),
-        total_steps=3000,
+        annealing=Annealing(config.annealing, 3000),
         smoothing_seed=seed,
         device=torch.device("cpu"),
     )
@@ -94,7 +95,7 @@ def mean_reward(agent: Any) -> float:
     return float(np.mean([run_episode(environment, agent).total_reward / 10 for _ in range(20)]))
 
 
-PAPER = {"critic_follows_switch": False, "imitation": 0.0, "charge_critic": True}
+PAPER: dict[str, Any] = {"critic_follows_switch": False, "imitation": 0.0, "charge_critic": True}
 TWIN = {"twin_critics": True, "target_noise": 0.1, "policy_every": 2, "n_steps": 3, "critic_follows_switch": False}
 WITHDRAWN = {"withdrawal": WithdrawalConfig(last_share=1.0), "annealing": 0.3}
 
@@ -118,6 +119,18 @@ def random_batch(size: int = 16) -> Batch:
     columns = (rng.normal(size=(size, 3)), rng.uniform(LOW, HIGH, (size, 2)), *rng.normal(size=(2, size)))
     flags = (np.ones(size), rng.integers(0, 2, size), rng.normal(size=(size, 3)), rng.uniform(LOW, HIGH, (size, 2)))
     return Batch(*(torch.from_numpy(np.asarray(part, dtype=np.float32)) for part in (*columns, *flags)))
+
+
+@pytest.mark.parametrize("options", [{"shared_convolutions": True}, {"layer_norm": True}, {"twin_critics": True}])
+def test_every_network_learns_all_its_parameters(options: dict[str, bool]) -> None:
+    shape = NetworkShape(23, (1, 20), LOW.tolist(), HIGH.tolist(), (16, 16), **options)
+    agent = make_agent(Useless(), shape=shape, **PAPER)
+    before = copy.deepcopy(agent.networks)
+    rng = np.random.default_rng(0)
+    x, x_next = (torch.from_numpy(rng.normal(size=(16, 23)).astype(np.float32)) for _ in range(2))
+    agent.update(random_batch()._replace(x=x, x_next=x_next))
+    for (name, found), old in zip(agent.networks.named_parameters(), before.parameters(), strict=True):
+        assert not torch.equal(found, old), name
 
 
 @pytest.mark.parametrize("learning", [PAPER, {}], ids=["asddpg_paper", "asddpg"])
@@ -189,6 +202,46 @@ def test_the_greedy_switch_takes_the_larger_q() -> None:
             assert decision.noise is not None
         seen.add(decision.driver)
     assert seen == {Driver.POLICY, Driver.CONTROLLER}
+
+
+def test_a_delayed_policy_moves_with_every_second_update_and_the_critic_with_every_one() -> None:
+    agent, batch = make_agent(Useless(), policy_every=2), random_batch()
+    moved = []
+    for _ in range(4):
+        parts = (agent._policy, agent._target_policy, agent._critic_dqn, agent._target_critic_dqn)
+        before = [part.vector.clone() for part in parts]
+        learned = agent.update(batch)
+        moved.append([not torch.equal(part.vector, old) for part, old in zip(parts, before, strict=True)])
+        assert ("policy_loss" in learned) is moved[-1][0]
+    assert moved == [[True, True, True, True], [False, False, True, True]] * 2
+
+
+@pytest.mark.parametrize(("terminated", "last"), [(True, 0.0), (False, 1.0)], ids=["end", "time limit"])
+def test_returns_over_three_steps_store_every_step_of_an_episode(terminated: bool, last: float) -> None:
+    agent = make_agent(None, n_steps=3)  # γ is 0.5
+    observation, decision = np.zeros(3, dtype=np.float32), Decision(LOW, Driver.POLICY)
+    for index in range(4):
+        is_last = index == 3
+        agent.learn(
+            Step(observation, decision, 1.0, observation, terminated and is_last, not terminated and is_last, {})
+        )
+    assert isinstance(agent._replay, ReplayBuffer)
+    rows, layout = agent._replay._rows[: len(agent._replay)], agent._replay.layout
+    np.testing.assert_allclose(rows[:, layout.reward], [1.75, 1.75, 1.5, 1.0])
+    np.testing.assert_allclose(rows[:, layout.discount], [0.25, 0.25 * last, 0.5 * last, last])
+
+
+def test_target_smoothing_is_cut_and_the_same_for_the_same_seed() -> None:
+    def noises(seed: int) -> torch.Tensor:
+        agent = make_agent(None, seed, target_noise=0.2)
+        drawn = [agent._target_rule(random_batch()).noise for _ in range(200)]
+        return torch.stack([noise for noise in drawn if noise is not None])
+
+    found = noises(0)
+    assert found.abs().max() == pytest.approx(0.4)
+    assert found.std() == pytest.approx(0.2, rel=0.15)
+    assert torch.equal(found, noises(0))
+    assert not torch.equal(found, noises(1))
 
 
 def test_executed_actions_stay_within_bounds() -> None:

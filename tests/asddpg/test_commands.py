@@ -126,6 +126,14 @@ def test_same_seed_twice_is_equal_to_the_last_bit(tmp_path: Path) -> None:
         assert torch.equal(value, weights[1][name]), name
 
 
+def test_same_seed_twice_is_equal_with_everything_that_draws(tmp_path: Path) -> None:
+    drawing = ["agent=astd3", "agent.balanced_batches=true", "agent.withdrawal.stretch_steps=20", "task.laser.noise=1"]
+    for name in ("one", "two"):
+        train.main([*SMALL, *drawing, f"run_dir={tmp_path / name}"])
+    for name in ("metrics.csv", "validation.csv"):
+        assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
+
+
 def test_other_seeds_differ(finished_run: Path, tmp_path: Path) -> None:
     train.main([*SMALL, "seed=5", f"run_dir={tmp_path / 'run'}"])
     assert (tmp_path / "run/metrics.csv").read_bytes() != (finished_run / "metrics.csv").read_bytes()
@@ -191,6 +199,14 @@ WRONG_TRAINING = [
     ("device=cpu:", "cpu, cuda"),
     ("controller.type=builtins:dict", "act"),
     ("controller.type=builtins:int", "package.module:Factory"),
+    ("agent.twin_critics=true", "agent=astd3"),
+    ("agent.target_noise=0.1", "agent.critic_follows_switch=false"),
+    ("agent.withdrawal.begin=0.95", "must not come after .end, 0.9"),
+    ("agent.assisted=false", "agent.imitation needs a controller"),
+    ("agent.n_steps=0", "from 1 to 100"),
+    ("network.convolutions=deep", "separate, shared or none"),
+    ("exploration.theta=2", "below 2"),
+    ("task.min_linear_velocity=0.6", "below max_linear_velocity, 0.5"),
 ]
 
 

@@ -63,3 +63,15 @@ def test_a_balanced_batch_is_half_from_each_driver() -> None:
     replay.add(transition(100))
     assert len(replay) == 101
     assert replay.sample(32)[:, replay.layout.by_policy].sum() == 16
+
+
+def test_one_drivers_steps_push_out_none_of_the_others() -> None:
+    replay = BalancedReplay(10, 1, 2, np.random.default_rng(0))
+    replay.add(transition(0, by_policy=0.0))
+    for index in range(100):
+        replay.add(transition(index))
+    assert len(replay) == 11
+    rows = replay.sample(64)
+    policys = rows[:, replay.layout.by_policy] == 1.0
+    assert np.all(rows[~policys, 0] == 0.0)
+    assert np.all(rows[policys, 0] >= 90.0)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from asddpg.config import WithdrawalConfig
 from asddpg.loop import run_episode
 from asddpg.types import Driver
 from asddpg.withdrawal import Withdrawal
@@ -64,6 +65,17 @@ def test_once_withdrawn_the_actor_drives_every_step_though_the_switch_would_not(
     assert agent.decide_greedily(np.zeros(3, dtype=np.float32)).driver is Driver.CONTROLLER
 
 
+def test_the_controller_drives_less_and_less_and_in_the_end_not_at_all() -> None:
+    agent = make_agent(Perfect(), withdrawal=WithdrawalConfig(last_share=1.0), imitation=0.0)
+    agent._policy_optimizer.param_groups[0]["lr"] = 0.0
+    environment, shares = Identity(seed=0), []
+    while agent.steps < 3000:  # the schedule of make_agent goes from step 1000 to 2000
+        shares.append(run_episode(environment, agent).controller_share)
+    assert np.mean(shares[50:100]) > 0.5
+    assert 0.05 < np.mean(shares[120:180]) < np.mean(shares[50:100])
+    assert np.mean(shares[200:]) == 0.0
+
+
 def test_annealing_brings_adams_steps_to_zero_at_the_end() -> None:
     agent = make_agent(None, annealing=0.5)
     environment = Identity(seed=0)
@@ -73,3 +85,5 @@ def test_annealing_brings_adams_steps_to_zero_at_the_end() -> None:
         rates.append(agent._policy_optimizer.param_groups[0]["lr"])
     at = [rates[step // 10 - 1] for step in (1500, 2250, 3000)]
     np.testing.assert_allclose(at, [1e-3, 0.5e-3, 0.0], atol=1e-5)
+    run_episode(environment, agent)  # past its end training stands still, and does not climb the loss
+    assert agent._policy_optimizer.param_groups[0]["lr"] == 0.0
