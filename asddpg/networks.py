@@ -149,6 +149,7 @@ class Networks(nn.Module):
 
     def __init__(self, shape: NetworkShape, with_switch: bool) -> None:
         super().__init__()
+        self.shape = shape
         own = not shape.shared_convolutions
         self.policy_features = Features(shape.observation_size, shape.scan_shape) if own else None
         self.features = Features(shape.observation_size, shape.scan_shape)

@@ -18,6 +18,9 @@ from asddpg.networks import Networks, NetworkShape
 
 KEY, FORMAT = "asddpg_policy", 1
 _LEARNING = "critic"  # first part of the names of Q^A's weights: neither the policy nor the switch asks it
+_LEARNING_SHAPE = ("layer_norm", "twin_critics")  # what of a shape is Q^A's alone
+# What values of the wrong kind or size in a header lead to.
+_NONSENSE = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RuntimeError, MemoryError)
 
 
 class _Content(NamedTuple):
@@ -67,19 +70,32 @@ def read(path: Path) -> tuple[Networks, int, int]:
     """
     content = _read(path)
     with_switch = any(name.startswith("switch") for name in content.weights)
-    with torch.random.fork_rng(devices=[]):  # building draws weights; the caller's generator stays as it is
-        networks = Networks(content.shape, with_switch)
+    try:
+        with torch.random.fork_rng(devices=[]):  # building draws weights; the caller's generator stays as it is
+            networks = Networks(content.shape, with_switch)
+    except _NONSENSE as error:
+        raise UserError(f"{path} is damaged: no network can be built as its header describes one") from error
     _fill(networks, content, path)
     return networks.requires_grad_(False), content.step, content.shape.observation_size
 
 
 def _fill(networks: Networks, content: _Content, path: Path) -> None:
+    wanted, described = _driving(networks.shape), _driving(content.shape)
+    if others := [name for name, value in wanted.items() if described[name] != value]:
+        differences = ", ".join(f"{name} {described[name]} instead of {wanted[name]}" for name in others)
+        raise UserError(f"{path} is for a network of another shape than the one that is to hold it: {differences}")
     try:
         missing, unexpected = networks.load_state_dict(content.weights, strict=False)
     except RuntimeError as error:
-        raise UserError(f"the weights in {path} are of another shape than the network that is to hold them") from error
+        raise UserError(f"the weights in {path} are of another shape than its header says") from error
     if unexpected or [name for name in missing if not name.startswith(_LEARNING)]:
         raise UserError(f"the weights in {path} are of other layers than the network that is to hold them has")
+
+
+def _driving(shape: NetworkShape) -> dict[str, Any]:
+    """What a shape says of policy and switch, as JSON gives it back; the actions' bounds are not in the weights."""
+    values: dict[str, Any] = json.loads(json.dumps(shape._asdict()))
+    return {name: value for name, value in values.items() if name not in _LEARNING_SHAPE}
 
 
 def _read(path: Path) -> _Content:
@@ -92,7 +108,7 @@ def _read(path: Path) -> _Content:
         if header["format"] != FORMAT:
             raise UserError(f"{path} is a policy of format {header['format']}, and this version reads {FORMAT}")
         return _Content(weights, _shape(header["shape"]), int(header["step"]))
-    except (SafetensorError, ValueError, KeyError, TypeError, OSError) as error:
+    except (SafetensorError, OSError, *_NONSENSE) as error:
         raise UserError(f"{path} is damaged or not a policy written by tools.publish") from error
 
 

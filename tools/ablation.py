@@ -1,10 +1,10 @@
 """The ablation: `python -m tools.ablation [factor…] seeds=100,101,102 steps=60000 task=nav_complex`.
 
 One factor taken away from the default at a time, or added where the default does without; and each added alone to the
-paper's setting, agent=asddpg_paper. tools/ablation_factors.py holds the factors. Trains what is missing in
-runs/ablation, two runs at a time, and writes the table; broken off, it goes on where it was, a run in progress begins
-anew. `list` prints the runs and how long they take, `table` the table of those there are. Other words of
-`python -m asddpg.train` go to every run.
+paper's setting, agent=asddpg_paper, for which paper_seeds=100 takes fewer seeds. tools/ablation_factors.py holds the
+factors. Trains what is missing in runs/ablation, two runs at a time, and writes the table; broken off, it goes on where
+it was, a run in progress begins anew. `list` prints the runs and how long they take, `table` the table of those there
+are. Other words of `python -m asddpg.train` go to every run.
 """
 
 import re
@@ -17,11 +17,12 @@ from asddpg.errors import UserError
 from asddpg.program import run
 from tools.ablation_factors import FACTORS, Factor
 from tools.ablation_table import Row, report
+from tools.option_words import options_in
 from tools.run_grid import VERBS, run_grid
 from tools.run_groups import Group
 
 FOLDER = Path("runs") / "ablation"
-REFERENCES = {"default": "agent=asddpg", "paper": "agent=asddpg_paper"}
+ROOTS = {"default": "agent=asddpg", "paper": "agent=asddpg_paper"}
 GIVEN = ("run_dir", "seed", "total_steps", "agent")  # options that the grid itself sets
 
 
@@ -32,6 +33,7 @@ class Request:
     verb: str
     factors: Mapping[str, Factor]
     seeds: tuple[int, ...]
+    paper_seeds: tuple[int, ...]
     steps: int
     words: tuple[str, ...]
 
@@ -42,25 +44,27 @@ def request(words: Sequence[str]) -> Request:
     Raises:
         UserError: a word means nothing here.
     """
-    options = dict(word.split("=", 1) for word in words if "=" in word)
+    options = options_in(word for word in words if "=" in word)
     plain = [word.removeprefix("--") for word in words if "=" not in word]
     unknown = [word for word in plain if word not in (*VERBS, *FACTORS)]
     if unknown:
         raise UserError(f"there is no factor {unknown[0]!r}; there are {', '.join(FACTORS)}, and {', '.join(VERBS)}")
     taken = [name for name in options if name in GIVEN]
     if taken:
-        raise UserError(f"{taken[0]} is what the grid sets itself; seeds=, steps= and task= are yours")
+        raise UserError(f"{taken[0]} is what the grid sets itself; seeds=, paper_seeds=, steps= and task= are yours")
     verbs = [word for word in plain if word in VERBS]
     if len(verbs) > 1:
         raise UserError("list or table, not both")
-    seeds = _whole_numbers("seeds", options.pop("seeds", "100,101,102"))
+    all_seeds = options.pop("seeds", "100,101,102")
+    seeds = _whole_numbers("seeds", all_seeds)
+    paper_seeds = _whole_numbers("paper_seeds", options.pop("paper_seeds", all_seeds))
     steps = _whole_numbers("steps", options.pop("steps", "60000"))
     if len(steps) > 1:
         raise UserError(f"steps must be one whole number, not {len(steps)}")
     chosen = {name: factor for name, factor in FACTORS.items() if name in plain}
     rest = {"task": "nav_complex"} | options
     shared = tuple(f"{name}={value}" for name, value in rest.items())
-    return Request("".join(verbs), chosen or FACTORS, seeds, steps[0], shared)
+    return Request("".join(verbs), chosen or FACTORS, seeds, paper_seeds, steps[0], shared)
 
 
 def _whole_numbers(name: str, text: str) -> tuple[int, ...]:
@@ -70,29 +74,42 @@ def _whole_numbers(name: str, text: str) -> tuple[int, ...]:
 
 
 def rows(asked: Request) -> dict[str, Row]:
-    """The grid: the two references, and below each what differs from it by one factor."""
-    found = {}
-    for reference, agent in REFERENCES.items():
-        base = _group(asked, reference, agent)
-        found[reference] = Row(base, None)
+    """The grid: the two roots, and below each what differs from it, or from another row, by one factor."""
+    found: dict[str, Row] = {}
+    for root, agent in ROOTS.items():
+        found[root] = Row(_group(asked, root, root, agent), None)
         for name, factor in asked.factors.items():
-            changes = {"without": factor.off, "with": factor.on} if reference == "default" else {"with": factor.on}
+            reference = _reference(asked, found, root, name)
+            changes = {"without": factor.off, "with": factor.on} if root == "default" else {"with": factor.on}
             for preposition, words in changes.items():
-                changed = _group(asked, f"{reference} {preposition} {name}", agent, *words)
-                if changed.settings(0) != base.settings(0):
-                    found[f"{reference}_{preposition}_{name}"] = Row(changed, reference)
+                title = f"{root} {preposition} {name}"
+                changed = _group(asked, root, title, agent, *factor.beside, *words)
+                if changed.settings(0) != found[reference].group.settings(0):
+                    found[title.replace(" ", "_")] = Row(changed, reference)
     return found
 
 
-def _group(asked: Request, title: str, *words: str) -> Group:
-    return Group(title, (*asked.words, *words), asked.steps, asked.seeds)
+def _reference(asked: Request, found: dict[str, Row], root: str, name: str) -> str:
+    """The row that a factor's rows are measured against; it is added where none of the grid has what goes beside."""
+    beside = _group(asked, root, f"{root} for {name}", ROOTS[root], *asked.factors[name].beside)
+    for known, row in found.items():
+        if row.group.settings(0) == beside.settings(0):
+            return known
+    added = beside.title.replace(" ", "_")
+    found[added] = Row(beside, root)
+    return added
+
+
+def _group(asked: Request, root: str, title: str, *words: str) -> Group:
+    seeds = asked.paper_seeds if root == "paper" else asked.seeds
+    return Group(title, (*asked.words, *words), asked.steps, seeds)
 
 
 def main(words: Sequence[str]) -> None:
     """Train and draw the table, or list."""
     asked = request(words)
     grid = rows(asked)
-    title = f"{shlex.join(asked.words)}, {asked.steps} steps, seeds {', '.join(map(str, asked.seeds))}"
+    title = f"{shlex.join(asked.words)}, {asked.steps} steps"
     groups = {name: row.group for name, row in grid.items()}
     legend = _legend(asked.factors)
     run_grid(asked.verb, groups, FOLDER, lambda results: f"{report(title, grid, results)}\n\n{legend}")

@@ -8,12 +8,21 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class Factor:
-    """Something that learning may have or lack, as words of `python -m asddpg.train`."""
+    """Something that learning may have or lack, as words of `python -m asddpg.train`.
+
+    Attributes:
+        title: what it is.
+        source: who proposed it.
+        off: without it.
+        on: with it.
+        beside: what has to be set for it to act, or to be possible; its reference has that too.
+    """
 
     title: str
     source: str
     off: tuple[str, ...]
     on: tuple[str, ...]
+    beside: tuple[str, ...] = ()
 
 
 FACTORS = {
@@ -29,42 +38,45 @@ FACTORS = {
         off=("agent.imitation=0",),
         on=("agent.imitation=1",),
     ),
-    "charge_switch_alone": Factor(
-        "γ_p and the price in y^Q alone",
-        "ours; the paper has γ_p in y^A too",
-        off=("agent.charge_critic=true",),
-        on=("agent.charge_critic=false",),
-    ),
     "controller_price": Factor(
         "a price on each of the controller's steps",
         "ours: γ_p never acts under the sparse reward",
         off=("agent.controller_price=0",),
         on=("agent.controller_price=0.05",),
     ),
+    # Under the sparse reward γ_p never acts, so without a price there would be nothing to charge.
+    "charge_switch_alone": Factor(
+        "a price of 0.05 and γ_p in y^Q alone",
+        "ours; the paper has γ_p in y^A too",
+        off=("agent.charge_critic=true",),
+        on=("agent.charge_critic=false",),
+        beside=("agent.controller_price=0.05",),
+    ),
     # The next three set one schedule; each one's `off` takes away its own part of it alone.
     "withdrawal": Factor(
         "the actor drives ever more episodes alone, in the end all",
         "ours",
-        off=("agent.withdrawal.last_share=${agent.withdrawal.first_share}",),
+        off=("agent.withdrawal.last_share=0",),
         on=("agent.withdrawal.last_share=1",),
     ),
     "alone_throughout": Factor(
-        "the actor drives half of the episodes alone, throughout",
+        "in place of the withdrawal: the actor drives half of the episodes alone, throughout",
         "ours",
         off=("agent.withdrawal.first_share=0",),
         on=("agent.withdrawal.first_share=0.5", "agent.withdrawal.last_share=0.5"),
     ),
     "alone_stretches": Factor(
-        "the actor drives half of all stretches of 20 steps alone, throughout",
+        "in place of the withdrawal: the actor drives half of all stretches of 20 steps alone, throughout",
         "ours",
         off=("agent.withdrawal.stretch_steps=0",),
         on=("agent.withdrawal.first_share=0.5", "agent.withdrawal.last_share=0.5", "agent.withdrawal.stretch_steps=20"),
     ),
     "twin_critics": Factor(
         "twin critics and target smoothing",
-        "TD3 (Fujimoto et al., 2018); Q^A then bootstraps from itself",
+        "TD3 (Fujimoto et al., 2018)",
         off=("agent.twin_critics=false", "agent.target_noise=0"),
-        on=("agent.twin_critics=true", "agent.target_noise=0.1", "agent.critic_follows_switch=false"),
+        on=("agent.twin_critics=true", "agent.target_noise=0.1"),
+        beside=("agent.critic_follows_switch=false",),
     ),
     "delayed_policy": Factor(
         "an update of the policy for every two of the critic",

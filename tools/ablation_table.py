@@ -5,16 +5,25 @@ from dataclasses import dataclass
 
 from asddpg.intervals import Estimate, mean
 from tools.run_groups import Group
-from tools.run_tables import COLUMNS, NOTHING, Column, Result, Results, markdown, missing_note, over_seeds
+from tools.run_tables import COLUMNS, LEGEND, NOTHING, Column, Result, Results, markdown, missing_note, over_seeds
 
 EFFECT_ON = "reach_last"
-SHOWN = ("reach_last", "crash_last", "reach_best", "reach_training", "share_end", "last_five", "swing")
+SHOWN = (
+    "reach_last",
+    "crash_last",
+    "reach_best",
+    "reach_training",
+    "share_end",
+    "switch_prefers",
+    "last_five",
+    "swing",
+)
 EFFECT = Column("effect on it", "{:+.3f}", is_share=False)
 
 
 @dataclass(frozen=True)
 class Row:
-    """A row of the grid and the name of the row it is measured against; a reference has none."""
+    """A row of the grid and the name of the row it is measured against; a root of the grid has none."""
 
     group: Group
     reference: str | None
@@ -24,19 +33,29 @@ def report(title: str, rows: Mapping[str, Row], results: Results) -> str:
     """A table for each reference; rows without a finished run are left out."""
     header = ["setting", "seeds", f"{COLUMNS[EFFECT_ON].title}, by seed", EFFECT.title]
     header += [COLUMNS[key].title for key in SHOWN]
-    parts = [title, f"Effect: difference of {COLUMNS[EFFECT_ON].title} from the first row, paired by seed."]
-    for reference in (name for name, row in rows.items() if row.reference is None):
-        lines = _lines(reference, rows, results)
+    against = "from the first row, or from the one that is named"
+    parts = [title, f"Effect: difference of {COLUMNS[EFFECT_ON].title} {against}, paired by seed."]
+    for root in (name for name, row in rows.items() if row.reference is None):
+        lines = _lines(root, rows, results)
         parts += [markdown(header, lines)] if lines else []
-    return "\n\n".join([*parts, "In brackets 95 % Student intervals over seeds, of shares cut at 0 and 1."])
+    return "\n\n".join([*parts, LEGEND])
 
 
-def _lines(reference: str, rows: Mapping[str, Row], results: Results) -> list[list[str]]:
-    base = results[reference]
-    effects = {name: effect(results[name], base) for name, row in rows.items() if row.reference == reference}
+def _lines(root: str, rows: Mapping[str, Row], results: Results) -> list[list[str]]:
+    below = {name: row.reference for name, row in rows.items() if row.reference and _root(name, rows) == root}
+    effects = {name: effect(results[name], results[reference]) for name, reference in below.items()}
     order = sorted(effects, key=lambda name: _sort_key(effects[name]))
-    names = [name for name in (reference, *order) if results[name]]
-    return [_line(rows[name].group, results[name], effects.get(name)) for name in names]
+    lines = []
+    for name in (name for name in (root, *order) if results[name]):
+        group, reference = rows[name].group, below.get(name, root)
+        against = "" if reference == root else f", against {rows[reference].group.title}"
+        lines.append(_line(group, against, results[name], effects.get(name)))
+    return lines
+
+
+def _root(name: str, rows: Mapping[str, Row]) -> str:
+    reference = rows[name].reference
+    return name if reference is None else _root(reference, rows)
 
 
 def _sort_key(estimate: Estimate) -> tuple[bool, float]:
@@ -51,11 +70,11 @@ def effect(results: Sequence[Result], reference: Sequence[Result]) -> Estimate:
     return mean([value - other for value, other in pairs if value is not None and other is not None])
 
 
-def _line(group: Group, results: Sequence[Result], difference: Estimate | None) -> list[str]:
+def _line(group: Group, against: str, results: Sequence[Result], difference: Estimate | None) -> list[str]:
     column = COLUMNS[EFFECT_ON]
     by_seed = [column.cell(Estimate(getattr(result.figures, EFFECT_ON), None, None)) for result in results]
     return [
-        group.title + missing_note(group, results),
+        group.title + against + missing_note(group, results),
         ", ".join(str(result.seed) for result in results),
         ", ".join(by_seed),
         NOTHING if difference is None else EFFECT.cell(difference),

@@ -82,6 +82,7 @@ class Facts:
         checkpoint: which of the run's, last or best.
         step: of the training that the weights are of.
         seconds: that the training took.
+        note: how it was chosen, or nothing.
         made_with: versions and scene of the training.
         tested_scene: hash of the scene it was tested in.
         figures: by who drove, as in DRIVERS.
@@ -94,6 +95,7 @@ class Facts:
     checkpoint: str
     step: int
     seconds: float
+    note: str
     made_with: dict[str, str]
     tested_scene: str
     figures: dict[str, Figures]
@@ -125,10 +127,11 @@ def _circumstances(facts: Facts) -> str:
     made_with = dict(facts.made_with)
     scene = made_with.pop("model_hash")
     versions = ", ".join(f"{name} {version}" for name, version in made_with.items())
-    return _wrapped(
+    text = (
         f"Seed {facts.config.seed}, {facts.seconds / 60:.1f} minutes on {facts.config.device}; scene {scene}. With "
         f"{versions}. On one machine with the same versions the command gives the same weights again."
     )
+    return "\n\n".join(_wrapped(part) for part in (text, facts.note) if part)
 
 
 def _scene_note(facts: Facts) -> str:

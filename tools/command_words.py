@@ -10,7 +10,7 @@ from asddpg.compose import option_names, train_config
 from asddpg.config import TrainConfig
 from asddpg.errors import UserError
 
-MACHINE = ("run_dir", "device")  # where a run lay and what worked it out, not what was trained
+LEFT_OUT = ("run_dir",)  # where a run lay, not what was trained
 
 
 def command_of(config: TrainConfig) -> str:
@@ -23,7 +23,7 @@ def command_of(config: TrainConfig) -> str:
 
 
 def words_of(config: TrainConfig) -> list[str]:
-    """The words: task, then the choices and the options that differ from the task's defaults; none of the machine.
+    """The words: task, then the choices and the options that differ from the task's defaults; not where it lay.
 
     Raises:
         UserError: as above.
@@ -42,7 +42,7 @@ def words_of(config: TrainConfig) -> list[str]:
 
 def _differences(config: TrainConfig, defaults: TrainConfig) -> Sequence[str]:
     wanted, known = OmegaConf.structured(config), OmegaConf.structured(defaults)
-    names = [name for name in option_names(known) if name not in MACHINE and not name.endswith(".name")]
+    names = [name for name in option_names(known) if name not in LEFT_OUT and not name.endswith(".name")]
     values = {name: (OmegaConf.select(wanted, name), OmegaConf.select(known, name)) for name in names}
     return [f"{name}={_word(value)}" for name, (value, default) in values.items() if value != default]
 

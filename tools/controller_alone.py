@@ -2,19 +2,22 @@
 
 import dataclasses
 import json
+import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from asddpg.build import controller_for, make_environment
-from asddpg.config import TrainConfig
+from asddpg.config import ControllerConfig, TaskConfig, TrainConfig
 from asddpg.drivers import controller_alone
 from asddpg.evaluation import evaluate
 from asddpg.intervals import Estimate
 from asddpg.run_folder import write_json
-from asddpg.train import hash_of, versions
+from asddpg.train import versions
 from tasks.fresh_pairs import stored_pairs
+from tools.run_store import flat
 from tools.run_tables import Column, markdown
+from tools.scenes_today import scene_today
 
 FIGURES = {
     "reach_rate": Column("reach"),
@@ -26,25 +29,41 @@ FIGURES = {
 
 
 def title_of(config: TrainConfig) -> str:
-    """Room and gains."""
-    return f"{config.task.name}, P({', '.join(f'{gain:g}' for gain in config.controller.gains)})"
+    """Room, controller, gains, and what else the task has that its default has not."""
+    gains = ", ".join(str(gain).removesuffix(".0") for gain in config.controller.gains)
+    kind = config.controller.type
+    name = "P" if kind == ControllerConfig().type else kind
+    return ", ".join([config.task.name, f"{name}({gains})", *_of_its_own(config.task)])
+
+
+def _of_its_own(task: TaskConfig) -> list[str]:
+    defaults = dict(flat(dataclasses.asdict(TaskConfig(name=task.name))))
+    return [f"{name}={value}" for name, value in flat(dataclasses.asdict(task)) if value != defaults[name]]
+
+
+def path_of(config: TrainConfig, folder: Path) -> Path:
+    """Where its figures are kept."""
+    return folder / f"controller_{re.sub(r'[^A-Za-z0-9.=-]+', '_', title_of(config)).strip('_')}.json"
 
 
 def measured(configs: Iterable[TrainConfig], folder: Path, may_drive: bool) -> dict[str, Mapping[str, Any]]:
-    """Figures by room and gains, driven where they are not kept yet or no longer fit; left out if that may not be."""
+    """Figures by title, driven where they are not kept yet or no longer fit; left out if that may not be."""
     found: dict[str, Mapping[str, Any]] = {}
     for config in configs:
-        path = (
-            folder / f"controller_{config.task.name}_{'_'.join(f'{gain:g}' for gain in config.controller.gains)}.json"
-        )
-        content = found.get(title_of(config)) or _kept(path, config) or (_drive(path, config) if may_drive else None)
+        title, path = title_of(config), path_of(config, folder)
+        content = found.get(title) or _kept(path, config) or (_drive(path, config) if may_drive else None)
         if content:
-            found[title_of(config)] = content
+            found[title] = content
     return found
 
 
 def _asked(config: TrainConfig) -> dict[str, Any]:
-    return {"task": dataclasses.asdict(config.task), "controller": dataclasses.asdict(config.controller)}
+    task = config.task
+    return {
+        "task": dataclasses.asdict(task),
+        "controller": dataclasses.asdict(config.controller),
+        "model_hash": scene_today(task.name, task.laser.num_beams),
+    }
 
 
 def _kept(path: Path, config: TrainConfig) -> Mapping[str, Any] | None:
@@ -52,8 +71,8 @@ def _kept(path: Path, config: TrainConfig) -> Mapping[str, Any] | None:
         content = json.loads(path.read_text(encoding="utf-8"))
     except (OSError, ValueError):
         return None
-    fits = isinstance(content, dict) and {key: content.get(key) for key in ("task", "controller")} == _asked(config)
-    return content if fits else None
+    asked = _asked(config)
+    return content if isinstance(content, dict) and {key: content.get(key) for key in asked} == asked else None
 
 
 def _drive(path: Path, config: TrainConfig) -> Mapping[str, Any]:
@@ -62,7 +81,7 @@ def _drive(path: Path, config: TrainConfig) -> Mapping[str, Any]:
     pairs = stored_pairs(config.task.name, "test", config.task.goal_radius)
     figures = evaluate(environment, driver, pairs, config.task.control_timestep)
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_json(path, {**_asked(config), **figures.as_dict(), **versions(), "model_hash": hash_of(environment)})
+    write_json(path, {**_asked(config), **figures.as_dict(), **versions()})
     print(f"measured the controller alone: {title_of(config)}", flush=True)
     return json.loads(path.read_text(encoding="utf-8"))  # type: ignore[no-any-return]
 

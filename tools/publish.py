@@ -8,6 +8,7 @@ Options:
   checkpoint=last    or best
   episodes=200       stored test pairs to drive
   overwrite=false    true replaces a policy of that name
+  note="…"           a sentence for the card: how the seed was chosen, such as "Seed 0 of five, whose mean is 0.95."
 """
 
 import dataclasses
@@ -38,8 +39,9 @@ from tasks.held_out import Pair
 from tools.card import Facts, card
 from tools.command_words import command_of
 from tools.failures import Drive, EndingsLog, report
+from tools.option_words import options_in
 
-OPTIONS = ("run", "name", "checkpoint", "episodes", "overwrite")
+OPTIONS = ("run", "name", "checkpoint", "episodes", "overwrite", "note")
 LARGEST = 3_000_000  # bytes of weights: the repository stays small
 STORED = 200  # test pairs of a task
 
@@ -53,6 +55,7 @@ class Wish:
     checkpoint: str
     episodes: int
     overwrite: bool
+    note: str
 
 
 @dataclass(frozen=True)
@@ -66,12 +69,8 @@ class Tested:
 
 def wish(words: Sequence[str]) -> Wish:
     """Read the command line's words; UserError where one is wrong."""
-    options = {"checkpoint": "last", "episodes": str(STORED), "overwrite": "false"}
-    for word in words:
-        name, equals, value = word.partition("=")
-        if not equals or name not in OPTIONS:
-            raise UserError(f"{word!r} is no option; there are {', '.join(f'{option}=' for option in OPTIONS)}")
-        options[name] = value
+    defaults = {"checkpoint": "last", "episodes": str(STORED), "overwrite": "false", "note": ""}
+    options = defaults | options_in(words, OPTIONS)
     if "run" not in options or "name" not in options:
         raise UserError("publish which run under which name? run=runs/mine name=nav_complex")
     if not re.fullmatch(r"[a-z][a-z0-9_]*", options["name"]):
@@ -81,8 +80,14 @@ def wish(words: Sequence[str]) -> Wish:
             raise UserError(f"{name} must be {' or '.join(choices)}, not {options[name]!r}")
     if not re.fullmatch(r"\d{1,3}", options["episodes"]) or not 1 <= int(options["episodes"]) <= STORED:
         raise UserError(f"episodes must be from 1 to {STORED}, the size of the stored test set")
-    overwrite = options["overwrite"] == "true"
-    return Wish(options["run"], options["name"], options["checkpoint"], int(options["episodes"]), overwrite)
+    return Wish(
+        run=options["run"],
+        name=options["name"],
+        checkpoint=options["checkpoint"],
+        episodes=int(options["episodes"]),
+        overwrite=options["overwrite"] == "true",
+        note=" ".join(options["note"].split()),
+    )
 
 
 def main(words: Sequence[str]) -> None:
@@ -114,25 +119,28 @@ def _training_seconds(asked: Wish) -> float:
     run_folder = open_run_folder(asked.run)
     if not run_folder.resources.is_file():
         raise UserError(f"the run {asked.run} is not finished: it has no {run_folder.resources.name}")
-    return float(json.loads(run_folder.resources.read_text())["training_seconds"])
+    try:
+        return float(json.loads(run_folder.resources.read_text(encoding="utf-8"))["training_seconds"])
+    except (ValueError, KeyError, TypeError) as error:
+        raise UserError(f"{run_folder.resources} is damaged or not written by asddpg.train") from error
 
 
 def _fill(part: PretrainedFolder, asked: Wish, trained: Trained, command: str, seconds: float) -> None:
-    config = trained.config
-    trained_on, config.device, config.run_dir = config.device, "cpu", None
+    config = dataclasses.replace(trained.config, device="cpu", run_dir=None)
     environment = make_environment(config.task, config.reward)
-    agent, step = _export(part, trained, environment)
+    agent, step = _export(part, trained, config, environment)
     write_config(part.config, dataclasses.asdict(config), trained.made_with)
     tested = _test(config, environment, agent, asked.episodes)
     print(table(tested.figures))
     write_json(part.test, _test_content(asked, config, step, tested))
     facts = Facts(
         name=asked.name,
-        config=dataclasses.replace(config, device=trained_on),
+        config=trained.config,
         command=command,
         checkpoint=asked.checkpoint,
         step=step,
         seconds=seconds,
+        note=asked.note,
         made_with=trained.made_with,
         tested_scene=tested.scene,
         figures=tested.figures,
@@ -141,17 +149,19 @@ def _fill(part: PretrainedFolder, asked: Wish, trained: Trained, command: str, s
     part.card.write_text(card(facts), encoding="utf-8")
 
 
-def _export(part: PretrainedFolder, trained: Trained, environment: gymnasium.Env) -> tuple[AsDDPG, int]:
+def _export(
+    part: PretrainedFolder, trained: Trained, config: TrainConfig, environment: gymnasium.Env
+) -> tuple[AsDDPG, int]:
     """Write the weights; gives an agent that has them from that file, so that what is tested is what is shipped."""
-    learned = make_agent(trained.config, environment)
+    learned = make_agent(config, environment)
     step = trained.load_into(learned)
-    policy_file.save(part.weights, learned.networks, network_shape(trained.config, environment), step)
+    policy_file.save(part.weights, learned.networks, network_shape(config, environment), step)
     if part.weights.stat().st_size > LARGEST:
         size = f"{part.weights.stat().st_size / 1e6:.1f} MB"
         raise UserError(
             f"the weights take {size}, above the {LARGEST / 1e6:g} MB shipped at most; narrow network.widths"
         )
-    agent = make_agent(trained.config, environment)
+    agent = make_agent(config, environment)
     return agent, policy_file.load_into(part.weights, agent.networks)
 
 

@@ -14,7 +14,7 @@ from asddpg.program import run
 from tools import controller_alone
 from tools.run_grid import VERBS, run_grid
 from tools.run_groups import Group
-from tools.run_tables import Results, runs_table
+from tools.run_tables import LEGEND, Results, runs_table
 
 FOLDER = Path("runs") / "results"
 SEEDS, THREE_SEEDS = (0, 1, 2, 3, 4), (0, 1, 2)
@@ -58,8 +58,7 @@ def report(groups: dict[str, Group], results: Results, may_drive: bool) -> str:
     configs = [train_config(group.options) for group in groups.values()]
     assisted = [config for config in configs if config.agent.assisted]
     alone = controller_alone.table(controller_alone.measured(assisted, FOLDER, may_drive))
-    intervals = "In brackets 95 % Student intervals over seeds, of shares cut at 0 and 1."
-    return "\n\n".join(part for part in (runs_table(groups, results), intervals, alone) if part)
+    return "\n\n".join(part for part in (runs_table(groups, results), LEGEND, alone) if part)
 
 
 if __name__ == "__main__":

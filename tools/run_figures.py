@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -20,7 +21,9 @@ VALIDATIONS_COUNTED = 5
 class RunFigures:
     """What a run gave; None where there was nothing to measure. Rates and shares are from 0 to 1."""
 
-    reach_training: float | None  # of the last 200 training episodes, switch and noise on
+    reach_training: (
+        float | None
+    )  # of the last 200 training episodes: noise on, controller as far as its schedule lets it
     reach_last: float | None  # actor alone on the stored test pairs, checkpoint last
     crash_last: float | None
     reach_best: float | None  # the same, checkpoint best
@@ -29,6 +32,7 @@ class RunFigures:
     share_3: float | None
     share_4: float | None
     share_end: float | None  # in the last tenth
+    switch_prefers: float | None  # share of the last tenth's steps where the switch rates the controller higher
     last_five: float | None  # mean reach of the last five validations
     best_five: float | None  # of the best five
     swing: float | None  # best five less last five
@@ -44,7 +48,7 @@ def figures_of(run: StoredRun) -> RunFigures:
     """
     try:
         return _figures(run)
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, EOFError, ValueError, KeyError, TypeError, BadZipFile) as error:
         raise UserError(f"{run.folder.path} lacks a figure; remove it to train it again") from error
 
 
@@ -57,6 +61,7 @@ def _figures(run: StoredRun) -> RunFigures:
         reach_training=_reach(episodes),
         **_tested(run),
         **_shares(episodes, total, run.settings["agent"]["assisted"]),
+        switch_prefers=_switch_prefers(run.folder.steps, total),
         **_stability(reaches),
         steps_per_second=total / resources["training_seconds"] if resources["training_seconds"] else None,
         memory_mb=resources["peak_memory_mb"],
@@ -100,6 +105,16 @@ def _shares(episodes: Sequence[dict[str, str]], total: int, is_assisted: bool) -
         return float(driven[within].sum() / steps[within].sum()) if is_assisted and within.any() else None
 
     return {f"share_{q + 1}": share(q / 4, (q + 1) / 4) for q in range(4)} | {"share_end": share(0.9, 1.0)}
+
+
+def _switch_prefers(path: Path, total: int) -> float | None:
+    """Unlike its share, the schedule that takes the controller away does not touch it."""
+    if not path.exists():
+        return None
+    with path.open("rb") as file, np.load(file) as steps:  # opened here: of a damaged one np.load leaves its own open
+        q_policy, q_controller = (steps[name][round(0.9 * total) :] for name in ("q_policy", "q_controller"))
+    weighed = ~np.isnan(q_policy) & ~np.isnan(q_controller)
+    return float(np.mean(q_controller[weighed] > q_policy[weighed])) if weighed.any() else None
 
 
 def _stability(reaches: Sequence[float]) -> dict[str, Any]:

@@ -8,8 +8,9 @@ from pathlib import Path
 
 from tools.run_figures import figures_of
 from tools.run_groups import Group, finished, missing
+from tools.run_provenance import provenance
 from tools.run_store import StoredRun, stored_runs
-from tools.run_tables import Result, Results, scene_note, write_csv
+from tools.run_tables import Result, Results, write_csv
 from tools.run_training import AT_ONCE, log_of, train
 
 VERBS = ("list", "table")
@@ -41,7 +42,7 @@ def write_tables(groups: Mapping[str, Group], folder: Path, report: Callable[[Re
     """Write table.md and table.csv of the runs there are, and print the first."""
     stored = stored_runs(folder)
     results = {name: [Result(run, figures_of(run)) for run in runs] for name, runs in finished(groups, stored).items()}
-    parts = [report(results), scene_note(results), _missing_sentence(groups, stored)]
+    parts = [report(results), provenance(results), _missing_sentence(groups, stored)]
     text = "\n\n".join(part for part in parts if part)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "table.md").write_text(text + "\n", encoding="utf-8")

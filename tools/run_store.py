@@ -66,7 +66,7 @@ def make_room(path: Path, settings: Settings) -> str:
 
 def differences(old: Settings, new: Settings) -> list[str]:
     """Options that differ, each as `name was … and is …`."""
-    flat_old, flat_new = dict(_flat(old)), dict(_flat(new))
+    flat_old, flat_new = dict(flat(old)), dict(flat(new))
     return [
         f"{name} was {flat_old.get(name, 'not there')} and is {flat_new.get(name, 'not there')}"
         for name in [*flat_new, *(name for name in flat_old if name not in flat_new)]
@@ -79,10 +79,11 @@ def _named(found: Sequence[str]) -> str:
     return f"was trained with other options ({', '.join(found[:SHOWN_DIFFERENCES])}{more})"
 
 
-def _flat(settings: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+def flat(settings: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Every option by its full name, such as agent.gamma."""
     for name, value in settings.items():
         if isinstance(value, Mapping):
-            yield from _flat(value, f"{prefix}{name}.")
+            yield from flat(value, f"{prefix}{name}.")
         else:
             yield f"{prefix}{name}", value
 

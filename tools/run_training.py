@@ -41,18 +41,18 @@ def train(runs: Sequence[Run], folder: Path) -> list[Run]:
     if not runs:
         return []
     folder.mkdir(parents=True, exist_ok=True)
-    with _alone_in(folder), _signals_as_interrupts():
-        return _train(deque(runs), folder)
+    with _alone_in(folder) as lock, _signals_as_interrupts():
+        return _train(deque(runs), folder, lock)
 
 
-def _train(waiting: deque[Run], folder: Path) -> list[Run]:
+def _train(waiting: deque[Run], folder: Path, lock: int) -> list[Run]:
     running: list[_Training] = []
     failed: list[Run] = []
     total, ended = len(waiting), 0
     try:
         while waiting or running:
             while waiting and len(running) < AT_ONCE:
-                running.append(_start(waiting.popleft(), folder))
+                running.append(_start(waiting.popleft(), folder, lock))
             time.sleep(LOOK_EVERY)
             for training in [training for training in running if training.process.poll() is not None]:
                 running.remove(training)
@@ -65,13 +65,14 @@ def _train(waiting: deque[Run], folder: Path) -> list[Run]:
     return failed
 
 
-def _start(run: Run, folder: Path) -> _Training:
+def _start(run: Run, folder: Path, lock: int) -> _Training:
     path = folder / run.name
     if said := make_room(path, run.settings):
         print(said, flush=True)
     with log_of(run, folder).open("wb") as log:
         # In a session of its own, so that Ctrl-C reaches it once, through _stop.
-        process = subprocess.Popen(command(run, path), stdout=log, stderr=log, start_new_session=True)
+        # It holds the lock too: should this program be killed, nobody else touches the folder before it has ended.
+        process = subprocess.Popen(command(run, path), stdout=log, stderr=log, start_new_session=True, pass_fds=(lock,))
     return _Training(run, process)
 
 
@@ -99,14 +100,14 @@ def _stop(running: Sequence[_Training]) -> None:
 
 
 @contextmanager
-def _alone_in(folder: Path) -> Iterator[None]:
-    """Two programs in one folder would take each other's unfinished runs for broken off."""
+def _alone_in(folder: Path) -> Iterator[int]:
+    """Two programs in one folder would take each other's unfinished runs for broken off; gives the lock."""
     with (folder / ".lock").open("w") as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
             raise UserError(f"another program is training into {folder}; wait for it, or stop it") from error
-        yield
+        yield lock.fileno()
 
 
 @contextmanager

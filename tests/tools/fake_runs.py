@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import yaml
 
 from tools.run_groups import Group
@@ -19,16 +20,23 @@ def finish(
     outcomes: Sequence[str] = ("reached", "crashed"),
     shares: Sequence[float] = (0.25,),
     validations: Sequence[float] = (0.5,),
+    prefers: Sequence[float] | None = None,
     model_hash: str = "0123456789abcdef",
 ) -> Path:
-    """Write a run: its episodes are equally long and fill its steps, outcomes and shares repeat over them."""
+    """Write a run: its episodes are equally long and fill its steps, outcomes and shares repeat over them.
+
+    `prefers` is Q(controller) − Q(policy) by step; without it there is no steps.npz.
+    """
     folder.mkdir(parents=True)
-    made = {"run_dir": "somewhere", "made_with": {"model_hash": model_hash}}
+    made = {"run_dir": "somewhere", "made_with": {"asddpg": "0.0.9", "model_hash": model_hash}}
     (folder / "config.yaml").write_text(yaml.safe_dump(settings | made, allow_unicode=True), encoding="utf-8")
     (folder / "metrics.csv").write_text("\n".join(_episodes(settings["total_steps"], outcomes, shares)) + "\n")
     rows = [f"{number + 1},{value},0,0" for number, value in enumerate(validations)]
     (folder / "validation.csv").write_text("\n".join(["step,reach_rate,crash_rate,metric", *rows]) + "\n")
     (folder / "test.json").write_text(json.dumps({"last": _figures(reach), "best": _figures(min(reach + 0.1, 1))}))
+    if prefers is not None:
+        values = np.asarray(prefers, dtype=np.float32)
+        np.savez(folder / "steps.npz", q_policy=0 * values, q_controller=values)
     took = {"training_seconds": settings["total_steps"] / 100, "peak_memory_mb": 500.0}
     (folder / "resources.json").write_text(json.dumps(took))
     return folder

@@ -1,6 +1,7 @@
 """The ablation's grid, its table, and a tiny one from the first word to the last."""
 
 import csv
+import shlex
 from pathlib import Path
 
 import pytest
@@ -9,7 +10,10 @@ from asddpg.errors import UserError
 from tests.tools.fake_runs import finish_group
 from tools import ablation
 from tools.ablation_factors import FACTORS, Factor
-from tools.run_groups import settings_of
+from tools.run_figures import figures_of
+from tools.run_groups import finished, settings_of
+from tools.run_store import differences, stored_runs
+from tools.run_tables import Result, write_csv
 
 TINY = ["steps=300", "seeds=100", "task=nav_empty", "network=fc2x100", "agent.learning_starts=100", "test_episodes=2"]
 TINY += ["validation.episodes=1", "task.time_limit_steps=40"]
@@ -23,10 +27,11 @@ def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
 @pytest.mark.parametrize("name", FACTORS)
 def test_each_factor_changes_the_default_and_switching_it_back_gives_the_default_again(name: str) -> None:
     """So `on` and `off` speak of the same options."""
-    factor, default = FACTORS[name], settings_of(["agent=asddpg"])
-    on, off = (settings_of(["agent=asddpg", *words]) for words in (factor.on, factor.off))
+    factor = FACTORS[name]
+    reference = settings_of(["agent=asddpg", *factor.beside])
+    on, off = (settings_of(["agent=asddpg", *factor.beside, *words]) for words in (factor.on, factor.off))
     assert on != off
-    assert default in (on, off) or name in ("withdrawal", "alone_throughout", "alone_stretches")
+    assert reference in (on, off) or name in ("withdrawal", "alone_throughout", "alone_stretches")
     assert factor.title
     assert factor.source
 
@@ -48,6 +53,31 @@ def test_where_the_default_has_a_factor_at_another_strength_both_are_run(monkeyp
     assert list(grid) == ["default", "default_without_gamma", "default_with_gamma", "paper", "paper_with_gamma"]
 
 
+def test_what_a_factor_needs_beside_it_its_reference_has_too() -> None:
+    grid = ablation.rows(ablation.request(["critic_follows_switch", "twin_critics"]))
+    assert grid["default_with_twin_critics"].reference == "default_without_critic_follows_switch"
+    assert grid["paper_with_twin_critics"].reference == "paper"
+    alone = ablation.rows(ablation.request(["twin_critics"]))
+    assert alone["default_with_twin_critics"].reference == "default_for_twin_critics"
+    assert alone["default_for_twin_critics"].reference == "default"
+
+
+def test_each_row_differs_from_its_reference_by_its_own_factor() -> None:
+    """And in an option that acts: what the switch is charged with does only where there is something to charge."""
+    grid = ablation.rows(ablation.request([]))
+    settings = [row.group.settings(0) for row in grid.values()]
+    assert not [one for number, one in enumerate(settings) if one in settings[:number]]
+    for name, row in grid.items():
+        if row.reference is None:
+            continue
+        found = differences(grid[row.reference].group.settings(0), row.group.settings(0))
+        if "charge_switch_alone" in name:
+            assert [text.split(" was ")[0] for text in found] == ["agent.charge_critic"]
+            assert row.group.settings(0)["agent"]["controller_price"] == 0.05
+        if "twin_critics" in name:
+            assert [text.split(" was ")[0] for text in found] == ["agent.twin_critics", "agent.target_noise"]
+
+
 def test_what_changes_nothing_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
     same = Factor("γ", "–", off=("agent.gamma=0.5",), on=("agent.gamma=0.99",))
     monkeypatch.setattr(ablation, "FACTORS", {"gamma": same})
@@ -63,12 +93,41 @@ def test_a_command_line() -> None:
     assert plain.factors == FACTORS
 
 
+def test_the_papers_side_may_have_fewer_seeds() -> None:
+    grid = ablation.rows(ablation.request(["imitation", "paper_seeds=100"]))
+    assert {name: row.group.seeds for name, row in grid.items()} == {
+        "default": (100, 101, 102),
+        "default_without_imitation": (100, 101, 102),
+        "paper": (100,),
+        "paper_with_imitation": (100,),
+    }
+    assert ablation.request(["seeds=7,8"]).paper_seeds == (7, 8)
+
+
+def test_every_rows_words_in_the_table_train_it_again_from_a_shell(tmp_path: Path) -> None:
+    grid = ablation.rows(ablation.request(["seeds=100", "steps=1000", "task=nav_empty", "controller.gains=[2, 1]"]))
+    groups = {name: row.group for name, row in grid.items()}
+    results = {}
+    for name, group in groups.items():
+        finish_group(tmp_path, name, group, [0.5])
+    for name, runs in finished(groups, stored_runs(tmp_path)).items():
+        results[name] = [Result(run, figures_of(run)) for run in runs]
+    write_csv(tmp_path / "table.csv", groups, results)
+    with (tmp_path / "table.csv").open() as file:
+        written = {row["group"]: row["words"] for row in csv.DictReader(file)}
+    assert list(written) == list(grid)
+    for name, words in written.items():
+        assert settings_of(shlex.split(words)) == groups[name].settings(100)
+        assert "$" not in words
+
+
 @pytest.mark.parametrize(
     ("words", "sentence"),
     [
         (["imitaton"], "there is no factor 'imitaton'; there are .*imitation"),
         (["seeds=a"], "seeds must be whole numbers"),
         (["seeds="], "seeds must be whole numbers"),
+        (["paper_seeds=a"], "paper_seeds must be whole numbers"),
         (["steps=-5"], "steps must be whole numbers"),
         (["steps=1,2"], "steps must be one whole number"),
         (["steps=0"], "total_steps must be greater than 0"),
@@ -77,6 +136,7 @@ def test_a_command_line() -> None:
         (["task=nav_foo"], "there is no task"),
         (["agent.imitaton=1"], "did you mean agent.imitation"),
         (["list", "table"], "not both"),
+        (["seeds=5", "seeds=6"], "seeds is given twice, as 5 and 6"),
     ],
 )
 def test_wrong_words_are_one_sentence_and_create_nothing(words: list[str], sentence: str, tmp_path: Path) -> None:
@@ -87,19 +147,19 @@ def test_wrong_words_are_one_sentence_and_create_nothing(words: list[str], sente
 
 
 def test_the_table_is_sorted_by_the_effect_paired_by_seed(capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["imitation", "n_steps", "td3", "seeds=100,101", "steps=1000"]
+    words = ["imitation", "n_steps", "twin_critics", "seeds=100,101", "steps=1000"]
     grid = ablation.rows(ablation.request(words))
     reaches = {"paper": [0.5, 0.7], "paper_with_imitation": [0.4, 0.5], "paper_with_n_steps": [0.6, 0.8]}
     for name, values in reaches.items():
         finish_group(ablation.FOLDER, name, grid[name].group, values)
-    finish_group(ablation.FOLDER, "paper_with_td3", grid["paper_with_td3"].group, [0.52])
+    finish_group(ablation.FOLDER, "paper_with_twin_critics", grid["paper_with_twin_critics"].group, [0.52])
     ablation.main(["table", *words])
     lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("| paper")]
     cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines]
     assert [cell[:4] for cell in cells] == [
         ["paper", "100, 101", "0.500, 0.700", "–"],
         ["paper with n_steps", "100, 101", "0.600, 0.800", "+0.100 [+0.100, +0.100]"],
-        ["paper with td3 (of 2, unfinished)", "100", "0.520", "+0.020"],
+        ["paper with twin_critics (of 2, unfinished)", "100", "0.520", "+0.020"],
         # −0.1 and −0.2: t(0.975, 1) = 12.706 times 0.05.
         ["paper with imitation", "100, 101", "0.400, 0.500", "-0.150 [-0.785, +0.485]"],
     ]
@@ -110,12 +170,23 @@ def test_the_table_is_sorted_by_the_effect_paired_by_seed(capsys: pytest.Capture
         assert len(list(csv.DictReader(file))) == 7
 
 
+def test_an_effect_against_another_row_than_the_first_names_it(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["critic_follows_switch", "twin_critics", "seeds=100", "steps=1000"]
+    grid = ablation.rows(ablation.request(words))
+    reaches = {"default": 0.9, "default_without_critic_follows_switch": 0.5, "default_with_twin_critics": 0.6}
+    for name, value in reaches.items():
+        finish_group(ablation.FOLDER, name, grid[name].group, [value])
+    ablation.main(["table", *words])
+    row = "| default with twin_critics, against default without critic_follows_switch | 100 | 0.600 | +0.100 |"
+    assert row in capsys.readouterr().out
+
+
 def test_the_list_tells_what_would_be_trained_and_how_long_it_takes(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     ablation.main(["list", "imitation", "steps=60000"])
     printed = capsys.readouterr().out
-    assert "total_steps=60000 validation.every=6000 task=nav_complex agent=asddpg_paper agent.imitation=1\n" in printed
+    assert "total_steps=60000 validation.every=3000 task=nav_complex agent=asddpg_paper agent.imitation=1\n" in printed
     assert "12 runs of 720000 steps in all to train: about 1.1 h, 2 at once at 90 steps/s each, a guess" in printed
     assert not list(tmp_path.iterdir())
     grid = ablation.rows(ablation.request(["imitation"]))

@@ -1,5 +1,6 @@
 """From a run to a pretrained policy that is evaluated by name: the same actions, whole files, sentences."""
 
+import copy
 import dataclasses
 import json
 import shutil
@@ -9,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
+from safetensors import safe_open
 from safetensors.torch import load_file, save_file
 
 from asddpg import checkpoint, evaluate, pretrained, train
@@ -26,7 +28,7 @@ from tools.card import _snippet
 from tools.command_words import words_of
 
 WORDS = ["task=nav_empty", "agent=asddpg_paper", "reward=sparse", "network=fc2x100", "controller.gains=[2,1.5]"]
-WORDS += ["agent.actor_learning_rate=1e-05", "agent.annealing=0.5", "exploration.decay_steps=0"]
+WORDS += ["agent.actor_learning_rate=1e-05", "agent.annealing=0.5", "exploration.decay=0"]
 SHORT = ["total_steps=300", "agent.learning_starts=100", "test_episodes=3", "validation.every=200"]
 SHORT += ["validation.episodes=1", "seed=3"]
 
@@ -166,6 +168,43 @@ def test_weights_of_another_network(published: PretrainedFolder) -> None:
         evaluate.main(["run=pretrained:mine", "episodes=1"])
 
 
+def test_an_agent_with_other_bounds_of_its_actions(published: PretrainedFolder) -> None:
+    """The weights would fit: how fast they drive is not in them."""
+    slower = published.config.read_text().replace("max_linear_velocity: 0.5", "max_linear_velocity: 0.4")
+    published.config.write_text(slower)
+    with pytest.raises(UserError, match=r"another shape .*action_high \[0\.5, 1\.04\d+\] instead of \[0\.4\d+, 1\.04"):
+        evaluate.main(["run=pretrained:mine", "episodes=1"])
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"widths": []},
+        {"widths": [-1, 5]},
+        {"widths": ["a", "b"]},
+        {"widths": 3},
+        {"scan_shape": [3, 2]},
+        {"scan_shape": [3]},
+        {"observation_size": None},
+        {"action_low": [0.0]},
+        {"widths": [64, 64]},
+    ],
+)
+def test_a_header_that_describes_no_network(change: dict[str, object], published: PretrainedFolder) -> None:
+    header = _header(published)
+    header["shape"] |= change
+    save_file(load_file(published.weights), published.weights, {"asddpg_policy": json.dumps(header)})
+    with pytest.raises(UserError, match="damaged|another shape") as caught:
+        load_policy("mine")
+    assert "\n" not in str(caught.value)
+
+
+def _header(folder: PretrainedFolder) -> dict[str, dict[str, object]]:
+    with safe_open(folder.weights, framework="pt") as file:
+        header: dict[str, dict[str, object]] = json.loads(file.metadata()["asddpg_policy"])
+    return header
+
+
 @pytest.mark.usefixtures("published")
 def test_an_observation_of_another_shape() -> None:
     with pytest.raises(ValueError, match=r"\(124,\), not \(1, 124\)"):
@@ -206,7 +245,9 @@ def test_nothing_is_left_half_written(finished_run: RunFolder, shelf: Path, monk
         (["run={run}", "name=x", "checkpoint=first"], "last or best"),
         (["run={run}", "name=x", "overwrite=yes"], "true or false"),
         (["run={run}", "name=x", "episodes=201"], "from 1 to 200"),
-        (["run={run}", "name=x", "nmae=x"], "no option; there are run="),
+        (["run={run}", "name=x", "nmae=x"], "no option 'nmae'; there are run, name"),
+        (["run={run}", "name=x", "name=y"], "name is given twice, as x and y"),
+        (["run={run}", "x"], "form name=value"),
         (["run=nowhere", "name=x"], "not the folder of a run"),
         (["run=pretrained:x", "name=y"], "not the folder of a run"),
     ],
@@ -225,6 +266,28 @@ def test_a_run_that_is_not_finished(finished_run: RunFolder, tmp_path: Path, she
     assert not shelf.exists()
 
 
+@pytest.mark.parametrize("text", ["", "{", "[]", "{}", '{"training_seconds": null}', '{"training_seconds": "x"}'])
+def test_damaged_resources_are_one_sentence(text: str, finished_run: RunFolder, tmp_path: Path, shelf: Path) -> None:
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run/config.yaml").write_bytes(finished_run.config.read_bytes())
+    (tmp_path / "run/resources.json").write_text(text)
+    with pytest.raises(UserError, match=r"resources\.json is damaged"):
+        publish.main([f"run={tmp_path / 'run'}", "name=x"])
+    assert not shelf.exists()
+
+
+def test_the_card_says_how_the_seed_was_chosen_and_the_training_is_left_as_it_was(
+    finished_run: RunFolder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened = open_trained(str(finished_run.path))
+    monkeypatch.setattr(publish, "open_trained", lambda *_: opened)
+    before = copy.deepcopy(opened.config)
+    publish.main([f"run={finished_run.path}", "name=noted", "episodes=1", "note=Seed 3 of five,\n  mean 0.95."])
+    assert "\n\nSeed 3 of five, mean 0.95.\n" in open_pretrained("noted").card.read_text()
+    assert opened.config == before
+    assert before.run_dir is not None
+
+
 def test_words_name_what_differs_and_no_more() -> None:
     config = train_config([*WORDS, *SHORT, "run_dir=somewhere"])
     words = words_of(config)
@@ -232,6 +295,7 @@ def test_words_name_what_differs_and_no_more() -> None:
     assert words[:4] == ["task=nav_empty", "agent=asddpg_paper", "reward=sparse", "network=fc2x100"]
     assert set(words[4:]) >= {"controller.gains=[2.0,1.5]", "agent.actor_learning_rate=1e-05", "seed=3"}
     assert words_of(train_config(["task=nav_complex"])) == ["task=nav_complex"]
+    assert words_of(train_config(["task=nav_complex", "device=cuda:0"])) == ["task=nav_complex", "device=cuda:0"]
 
 
 def test_a_task_of_ones_own_settings_has_its_own_snippet() -> None:

@@ -5,8 +5,10 @@ from pathlib import Path
 
 import pytest
 
+from asddpg.build import make_environment
 from asddpg.compose import train_config
 from asddpg.errors import UserError
+from asddpg.train import hash_of
 from tasks.fresh_pairs import stored_pairs
 from tests.tools.fake_runs import finish_group
 from tools import controller_alone, results
@@ -52,7 +54,7 @@ def test_the_controller_alone_is_measured_once_and_anew_where_the_task_has_chang
     config = train_config(["task=nav_empty", "controller.gains=[10,1]"])
     assert not controller_alone.measured([config], tmp_path, may_drive=False)
     found = controller_alone.measured([config, config], tmp_path, may_drive=True)
-    path = tmp_path / "controller_nav_empty_10_1.json"
+    path = tmp_path / "controller_nav_empty_P_10_1.json"
     kept = json.loads(path.read_text())
     assert found == {"nav_empty, P(10, 1)": kept}
     path.write_text(json.dumps(kept | {"spl": {"value": 0.5, "ci95": [0.4, 0.6]}}))
@@ -61,3 +63,29 @@ def test_the_controller_alone_is_measured_once_and_anew_where_the_task_has_chang
     config.task.min_linear_velocity = 0.05
     assert not controller_alone.measured([config], tmp_path, may_drive=False)
     assert not controller_alone.table({})
+
+
+def test_configurations_that_differ_in_the_task_alone_do_not_take_each_others_figures(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(controller_alone, "stored_pairs", lambda *words: stored_pairs(*words)[:2])
+    words = ["task=nav_empty", "controller.gains=[10,1]"]
+    configs = [train_config([*words, *more]) for more in ([], ["task.min_linear_velocity=0.05"])]
+    found = controller_alone.measured(configs, tmp_path, may_drive=True)
+    assert list(found) == ["nav_empty, P(10, 1)", "nav_empty, P(10, 1), min_linear_velocity=0.05"]
+    assert len(list(tmp_path.iterdir())) == 2
+    assert controller_alone.measured(configs, tmp_path, may_drive=False) == found
+    titles = {controller_alone.title_of(train_config([*words, f"task.laser.num_beams={n}"])) for n in (12, 24, 40)}
+    assert len(titles) == 3
+
+
+def test_the_controller_is_measured_anew_where_the_scene_has_changed(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(controller_alone, "stored_pairs", lambda *words: stored_pairs(*words)[:1])
+    config = train_config(["task=nav_empty"])
+    found = controller_alone.measured([config], tmp_path, may_drive=True)
+    environment = make_environment(config.task, config.reward)
+    assert [content["model_hash"] for content in found.values()] == [hash_of(environment)]
+    monkeypatch.setattr(controller_alone, "scene_today", lambda *_: "another")
+    assert not controller_alone.measured([config], tmp_path, may_drive=False)

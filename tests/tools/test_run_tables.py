@@ -5,13 +5,18 @@ from pathlib import Path
 
 import pytest
 
+from asddpg.build import make_environment
+from asddpg.compose import train_config
 from asddpg.errors import UserError
 from asddpg.intervals import Estimate
+from asddpg.train import hash_of
 from tests.tools.fake_runs import finish, finish_group
 from tools.run_figures import RunFigures, figures_of
 from tools.run_groups import Group, finished
+from tools.run_provenance import provenance
 from tools.run_store import stored_runs
-from tools.run_tables import COLUMNS, Result, Results, markdown, runs_table, scene_note, write_csv
+from tools.run_tables import COLUMNS, Result, Results, markdown, runs_table, write_csv
+from tools.scenes_today import scene_today
 
 GROUP = Group("nav_empty", ("task=nav_empty",), 1000, (0, 1, 2))
 DDPG = Group("DDPG", ("task=nav_empty", "agent=ddpg"), 1000, (0,))
@@ -65,7 +70,25 @@ def test_where_there_is_nothing_to_measure(tmp_path: Path) -> None:
     assert (found.share_1, found.share_end, found.reach_last, found.swing) == (None, None, None, None)
 
 
-@pytest.mark.parametrize(("file", "text"), [("test.json", "{}"), ("test.json", "{"), ("metrics.csv", "a\n1\n")])
+def test_what_the_switch_prefers_is_counted_in_the_last_tenth_whoever_drove(tmp_path: Path) -> None:
+    last = [1.0] * 30 + [-1.0] * 60 + [0.0] * 10
+    nan = float("nan")
+    assert read(finish(tmp_path / "a/run", GROUP.settings(0), prefers=[1.0] * 900 + last)).switch_prefers == 0.3
+    assert read(finish(tmp_path / "b/run", GROUP.settings(0), prefers=[1.0] * 900)).switch_prefers is None
+    assert read(finish(tmp_path / "c/run", DDPG.settings(0), prefers=[nan] * 1000)).switch_prefers is None
+    assert read(finish(tmp_path / "d/run", GROUP.settings(0))).switch_prefers is None
+
+
+@pytest.mark.parametrize(
+    ("file", "text"),
+    [
+        ("test.json", "{}"),
+        ("test.json", "{"),
+        ("metrics.csv", "a\n1\n"),
+        ("steps.npz", ""),
+        ("steps.npz", "PK\x03\x04"),
+    ],
+)
 def test_a_damaged_file_is_one_sentence(file: str, text: str, tmp_path: Path) -> None:
     path = finish(tmp_path / "run", GROUP.settings(0))
     (path / file).write_text(text)
@@ -84,7 +107,7 @@ def test_a_row_a_run_and_the_means_with_their_intervals(tmp_path: Path) -> None:
     ]  # fmt: skip
     # t(0.975, 2) = 4.303; σ = 0.1.
     assert "| 0.800 [0.552, 1.000] |" in lines[5]
-    assert lines[6].count("–") == 5
+    assert lines[6].count("–") == 6
 
 
 def test_a_group_with_runs_missing_says_so(tmp_path: Path) -> None:
@@ -100,10 +123,28 @@ def test_intervals_of_shares_end_at_0_and_1_and_others_do_not() -> None:
 
 
 def test_runs_on_different_models_of_a_scene_are_told(tmp_path: Path) -> None:
-    finish_group(tmp_path, "empty", GROUP, [0.7, 0.8])
-    assert scene_note(results({"empty": GROUP}, tmp_path)) == ""
+    today = scene_today("nav_empty", 40)
+    finish_group(tmp_path, "empty", GROUP, [0.7, 0.8], model_hash=today)
+    said = provenance(results({"empty": GROUP}, tmp_path))
+    assert said == f"Trained with asddpg 0.0.9; scene nav_empty with 40 beams {today}."
     finish(tmp_path / "empty_seed2", GROUP.settings(2), model_hash="fedc")
-    assert "nav_empty with 40 beams (0123456789abcdef, fedc)" in scene_note(results({"empty": GROUP}, tmp_path))
+    said = provenance(results({"empty": GROUP}, tmp_path))
+    assert (
+        f"{', '.join(sorted(['fedc', today]))}. Runs made with different models of a scene stand side by side" in said
+    )
+    assert "today" not in said
+
+
+def test_runs_that_are_all_of_another_scene_than_todays_are_told(tmp_path: Path) -> None:
+    finish_group(tmp_path, "empty", GROUP, [0.7, 0.8])
+    said = provenance(results({"empty": GROUP}, tmp_path))
+    assert f"No run is of today's scene: nav_empty with 40 beams is {scene_today('nav_empty', 40)} now" in said
+    assert provenance({"empty": []}) == ""
+
+
+def test_todays_scene_is_the_one_that_training_notes() -> None:
+    config = train_config(["task=nav_empty", "task.laser.num_beams=24"])
+    assert scene_today("nav_empty", 24) == hash_of(make_environment(config.task, config.reward))
 
 
 def test_csv_has_a_row_a_run(tmp_path: Path) -> None:

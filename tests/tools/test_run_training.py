@@ -96,6 +96,23 @@ def test_an_interrupt_stops_what_runs_and_keeps_what_is_finished(number: signal.
     assert (tmp_path / "kept_seed0/resources.json").exists()
 
 
+def test_trainings_that_outlive_a_killed_program_keep_their_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    runs = pretend(monkeypatch, "")
+    process = subprocess.Popen([sys.executable, "-c", INTERRUPTED, str(tmp_path)], stdout=subprocess.DEVNULL)
+    processes = [int(wait_for(tmp_path, f"empty_seed{seed}/*").name) for seed in (1, 2)]
+    process.kill()
+    process.wait()
+    for identity in processes:
+        with pytest.raises(UserError, match="another program"):
+            run_training.train(runs, tmp_path)
+        os.kill(identity, signal.SIGKILL)
+        # No child of this process, so there is nothing to wait on but the lock.
+        time.sleep(0.5)
+    assert not run_training.train(runs, tmp_path)
+
+
 def wait_for(folder: Path, pattern: str) -> Path:
     deadline = time.monotonic() + 30
     while time.monotonic() < deadline:
