@@ -77,36 +77,33 @@ def _rates(axes: Axes, diagnosis: Diagnosis, field: str) -> None:
 
 
 def _controller_share(diagnosis: Diagnosis, obstacles: Obstacles) -> Sheet:
-    told = bool(diagnosis.by_place)
-    sheet = Sheet(_title(diagnosis, "Controller's share of the steps"), columns=3 if told else 1)
+    told = bool(diagnosis.training.by_place)
+    sheet = Sheet(_title(diagnosis, "Controller: what it drove, where the switch prefers it"), columns=3 if told else 1)
     _share_over_training(sheet.axes[0], diagnosis)
     if told:
-        _share_by_distance(sheet.axes[1], diagnosis)
-        _share_by_place(sheet, sheet.axes[2], diagnosis, obstacles)
+        _preferred_by_distance(sheet.axes[1], diagnosis)
+        _preferred_by_place(sheet, sheet.axes[2], diagnosis, obstacles)
     return sheet
 
 
 def _share_over_training(axes: Axes, diagnosis: Diagnosis) -> None:
-    training = diagnosis.training
-    axes.plot(
-        _thousands(training.steps),
-        _floats(training.shares),
-        color="0.45",
-        marker=".",
-        ms=3,
-        label="training, with noise",
-    )
+    windows, preferred = diagnosis.training.windows, diagnosis.training.preferred
+    axes.plot(_thousands(windows.steps), _floats(windows.driven), color="0.45", marker=".", ms=3, label="driven")
+    if preferred.steps:
+        CONTROLLER.named("preferred").line(axes, _thousands(preferred.steps), preferred.shares)
     pairs = [snapshot.pair for snapshot in diagnosis.snapshots if snapshot.pair is not None]
-    PAIR.line(axes, _steps(diagnosis), [figures.controller_share for figures in pairs], "validation pairs, no noise")
-    axes.set(title="over training", xlabel="training step (thousands)", ylabel="controller's share")
+    PAIR.line(
+        axes, _steps(diagnosis), [figures.controller_share for figures in pairs], "driven by the pair, validation"
+    )
+    axes.set(title="over training", xlabel="training step (thousands)", ylabel="share of the steps")
     _leave_room_above(axes)
     axes.legend(loc="upper center", fontsize=9)
 
 
-def _share_by_distance(axes: Axes, diagnosis: Diagnosis) -> None:
-    for part, colour in zip(diagnosis.by_distance, QUARTER_COLOURS, strict=True):
-        axes.plot(part.distances, part.shares, color=colour, marker="o", ms=3, label=f"quarter {part.quarter}")
-    axes.set(title="by distance, while training", xlabel="distance to the goal (m)")
+def _preferred_by_distance(axes: Axes, diagnosis: Diagnosis) -> None:
+    for part, colour in zip(diagnosis.training.by_distance, QUARTER_COLOURS, strict=True):
+        axes.plot(part.distances, part.preferred, color=colour, marker="o", ms=3, label=f"quarter {part.quarter}")
+    axes.set(title="preferred, by distance", xlabel="distance to the goal (m)")
     _leave_room_above(axes)
     axes.legend(title="of training", loc="upper center", ncols=2, fontsize=9, title_fontsize=9)
 
@@ -116,12 +113,12 @@ def _leave_room_above(axes: Axes) -> None:
     axes.set(ylim=(-0.02, 1.35), yticks=np.linspace(0.0, 1.0, 6))
 
 
-def _share_by_place(sheet: Sheet, axes: Axes, diagnosis: Diagnosis, obstacles: Obstacles) -> None:
-    draw_cells(axes, diagnosis.by_place, CELL)
+def _preferred_by_place(sheet: Sheet, axes: Axes, diagnosis: Diagnosis, obstacles: Obstacles) -> None:
+    draw_cells(axes, diagnosis.training.by_place, CELL)
     draw_room(axes, obstacles)
-    axes.set_title("by place, last quarter of training")
+    axes.set_title("preferred, by place, last quarter")
     scale = ScalarMappable(Normalize(0.0, 1.0), SHARES)
-    sheet.figure.colorbar(scale, ax=axes, shrink=0.8, label="controller's share")
+    sheet.figure.colorbar(scale, ax=axes, shrink=0.8, label="controller preferred, share of the steps")
 
 
 # Q against return -------------------------------------------------------------------------------------------------
@@ -222,7 +219,7 @@ def _ends(diagnosis: Diagnosis, obstacles: Obstacles, by_actor: Sequence[Rollout
 
 
 def _td_errors(diagnosis: Diagnosis) -> Sheet:
-    training = diagnosis.training
+    training = diagnosis.training.windows
     sheet = Sheet(f"TD errors · {diagnosis.agent} on {diagnosis.task}", columns=1, panel=(7.6, 3.8))
     (axes,) = sheet.axes
     steps = _thousands(training.steps)

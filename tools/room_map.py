@@ -24,10 +24,10 @@ def draw_room(axes: Axes, obstacles: Obstacles) -> None:
 
 
 def draw_cells(axes: Axes, cells: Sequence[Cell], width: float) -> None:
-    """Colour squares of the floor by the controller's share in them."""
+    """Colour squares of the floor by how often the switch preferred the controller there."""
     for cell in cells:
         corner = (cell.x - width / 2, cell.y - width / 2)
-        axes.add_patch(Rectangle(corner, width, width, facecolor=SHARES(cell.share), edgecolor="none", zorder=1))
+        axes.add_patch(Rectangle(corner, width, width, facecolor=SHARES(cell.preferred), edgecolor="none", zorder=1))
 
 
 def draw_ends(axes: Axes, rollouts: Sequence[Rollout]) -> None:
