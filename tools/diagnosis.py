@@ -44,13 +44,14 @@ class Snapshot:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """All figures of a run."""
+    """All figures of a run; goal_radius in metres."""
 
     run: str
     task: str
     agent: str
     episodes: int
     gamma: float
+    goal_radius: float
     tail: Tail
     controller: Driven | None
     snapshots: list[Snapshot]
@@ -117,6 +118,7 @@ def diagnosis_of(
         agent=config.agent.name,
         episodes=snapshots[0].actor.episodes,
         gamma=config.agent.gamma,
+        goal_radius=config.task.goal_radius,
         tail=examination.tail,
         controller=examination.of_controller(),
         snapshots=snapshots,

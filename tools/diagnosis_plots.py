@@ -13,7 +13,7 @@ from tools.diagnosis import Diagnosis, Snapshot
 from tools.driving_figures import Driven, Judged
 from tools.plot_style import ACTOR, CONTROLLER, FOURTH, PAIR, QUARTER_COLOURS, SHARES, THIRD, Sheet, Style
 from tools.rollouts import Rollout
-from tools.room_map import draw_cells, draw_ends, draw_room
+from tools.room_map import FAILURES, LOOKS, draw_cells, draw_ends, draw_room, legend_under
 from tools.training_figures import CELL
 
 Figures = Sequence[float | None]
@@ -88,9 +88,12 @@ def _controller_share(diagnosis: Diagnosis, obstacles: Obstacles) -> Sheet:
 
 def _share_over_training(axes: Axes, diagnosis: Diagnosis) -> None:
     windows, preferred = diagnosis.training.windows, diagnosis.training.preferred
-    axes.plot(_thousands(windows.steps), _floats(windows.driven), color="0.45", marker=".", ms=3, label="driven")
+    axes.plot(
+        _thousands(windows.steps), _floats(windows.driven), color="0.45", marker=".", ms=3, label="driven in training"
+    )
     if preferred.steps:
-        CONTROLLER.named("preferred").line(axes, _thousands(preferred.steps), preferred.shares)
+        steps = _thousands(preferred.steps)
+        axes.plot(steps, preferred.shares, color=CONTROLLER.colour, marker="^", ms=3, label="preferred in training")
     pairs = [snapshot.pair for snapshot in diagnosis.snapshots if snapshot.pair is not None]
     PAIR.line(
         axes, _steps(diagnosis), [figures.controller_share for figures in pairs], "driven by the pair, validation"
@@ -207,12 +210,35 @@ def _actions(diagnosis: Diagnosis) -> Sheet:
     return sheet
 
 
+# Ends -------------------------------------------------------------------------------------------------------------
+
+
 def _ends(diagnosis: Diagnosis, obstacles: Obstacles, by_actor: Sequence[Rollout]) -> Sheet:
-    last = diagnosis.snapshots[-1]
-    sheet = Sheet(_title(diagnosis, f"Where the actor alone ends, step {last.step}"), columns=1, panel=(7.6, 6.4))
-    draw_room(sheet.axes[0], obstacles)
-    draw_ends(sheet.axes[0], by_actor)
+    sheet = Sheet(_title(diagnosis, "Where the actor alone ends"), columns=2, panel=(5.8, 5.6))
+    room, failures = sheet.axes
+    draw_room(room, obstacles)
+    draw_ends(room, by_actor)
+    room.set_title(f"step {diagnosis.snapshots[-1].step}")
+    for outcome in FAILURES:
+        _failures(failures, diagnosis, outcome)
+    failures.axhline(diagnosis.goal_radius, color="0.6", linewidth=0.8, zorder=0, label="goal's radius")
+    failures.set(title="failures over training", xlabel="training step (thousands)", ylabel="distance to the goal (m)")
+    failures.set_ylim(bottom=0.0)
+    legend_under(failures)
     return sheet
+
+
+def _failures(axes: Axes, diagnosis: Diagnosis, outcome: str) -> None:
+    """How far from the goal the actor's episodes of an outcome ended, snapshot by snapshot."""
+    found = [
+        (each.step / 1000, end.distance)
+        for each in diagnosis.snapshots
+        for end in each.actor.ends
+        if end.outcome == outcome
+    ]
+    name, colour, marker, size = LOOKS[outcome]
+    steps, distances = np.array(found).reshape(-1, 2).T
+    axes.scatter(steps, distances, s=size / 2, marker=marker, color=colour, alpha=0.6, linewidths=0.0, label=name)
 
 
 # TD errors --------------------------------------------------------------------------------------------------------
