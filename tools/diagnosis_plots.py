@@ -18,6 +18,8 @@ from tools.training_figures import CELL
 
 Figures = Sequence[float | None]
 
+DISTANCES = (0.3, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)  # m, told on a scale of distances
+
 
 def draw(diagnosis: Diagnosis, obstacles: Obstacles, by_actor: Sequence[Rollout], folder: Path) -> None:
     """Write all plots into a folder; what the run has not, such as a controller, is left out.
@@ -121,7 +123,7 @@ def _preferred_by_place(sheet: Sheet, axes: Axes, diagnosis: Diagnosis, obstacle
     draw_room(axes, obstacles)
     axes.set_title("preferred, by place, last quarter")
     scale = ScalarMappable(Normalize(0.0, 1.0), SHARES)
-    sheet.figure.colorbar(scale, ax=axes, shrink=0.8, label="controller preferred, share of the steps")
+    sheet.figure.colorbar(scale, ax=axes, shrink=0.8, label="share of the steps")
 
 
 # Q against return -------------------------------------------------------------------------------------------------
@@ -223,9 +225,18 @@ def _ends(diagnosis: Diagnosis, obstacles: Obstacles, by_actor: Sequence[Rollout
         _failures(failures, diagnosis, outcome)
     failures.axhline(diagnosis.goal_radius, color="0.6", linewidth=0.8, zorder=0, label="goal's radius")
     failures.set(title="failures over training", xlabel="training step (thousands)", ylabel="distance to the goal (m)")
-    failures.set_ylim(bottom=0.0)
+    _near_and_far(failures, diagnosis.goal_radius)
     legend_under(failures)
     return sheet
+
+
+def _near_and_far(axes: Axes, least: float) -> None:
+    """A scale of distances, metres, that tells apart what lies just outside `least`."""
+    axes.set_yscale("log")
+    limits = (0.8 * least, axes.get_ylim()[1])
+    axes.set_yticks(DISTANCES, labels=[f"{distance:g}" for distance in DISTANCES])
+    axes.minorticks_off()
+    axes.set_ylim(limits)
 
 
 def _failures(axes: Axes, diagnosis: Diagnosis, outcome: str) -> None:
