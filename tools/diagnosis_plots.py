@@ -225,6 +225,7 @@ def _ends(diagnosis: Diagnosis, obstacles: Obstacles, by_actor: Sequence[Rollout
         _failures(failures, diagnosis, outcome)
     failures.axhline(diagnosis.goal_radius, color="0.6", linewidth=0.8, zorder=0, label="goal's radius")
     failures.set(title="failures over training", xlabel="training step (thousands)", ylabel="distance to the goal (m)")
+    failures.set_xlim(0.0, 1.03 * diagnosis.snapshots[-1].step / 1000)  # also where nothing failed
     _near_and_far(failures, diagnosis.goal_radius)
     legend_under(failures)
     return sheet
