@@ -4,7 +4,7 @@ Drives the stored validation pairs with each snapshot of the run: the actor alon
 once the controller alone. Writes diagnosis.json and plots into the run's folder, under diagnosis/; docs/instruments.md
 says how to read them. Options:
 
-  run=runs/mine      folder of a training run
+  run=runs/mine      folder of a training run, finished or in progress
   every=1            1 takes every snapshot, 2 every second one, counted from the last
   episodes=50        pairs driven, of the 50 stored
 """
@@ -20,9 +20,11 @@ from asddpg.errors import UserError
 from asddpg.program import run
 from asddpg.run_folder import RunFolder, open_run_folder, read_training, write_json
 from asddpg.train import hash_of
+from asddpg.trained import PREFIX
 from tasks.fresh_pairs import stored_pairs
 from tasks.obstacles import Obstacles
 from tools.diagnosis import Diagnosis, Examination, Snapshot, as_json, diagnosis_of
+from tools.training_figures import training_of
 
 LARGEST = {"every": 10_000, "episodes": 50}
 
@@ -50,6 +52,8 @@ def wish(words: Sequence[str]) -> Wish:
         options[name] = value
     if not options.get("run"):
         raise UserError("diagnose what? run=<run_dir>, the folder of a training run")
+    if options["run"].startswith(PREFIX):
+        raise UserError(f"diagnose needs the folder of a training run, with its logs; {options['run']} has none")
     numbers = {name: _number(name, options[name]) for name in LARGEST if name in options}
     return Wish(options["run"], **numbers)
 
@@ -70,38 +74,45 @@ def main(words: Sequence[str]) -> None:
     prepare_torch()
     environment = make_environment(config.task, config.reward)
     agent = make_agent(config, environment)
-    weights = weights_of(folder, asked.every)
+    weights = weights_of(folder, agent, asked.every)
     if hash_of(environment) != made_with.get("model_hash"):
         print("note: the scene's model is not the one this run was trained on")
-    if agent.controller and not folder.steps.is_file():
-        print(f"note: there is no {folder.steps}, so nothing is told of the controller's share by place and distance")
+    has_steps = folder.steps.is_file()
+    if agent.controller and not has_steps:
+        print(f"note: there is no {folder.steps}, so nothing is told of whom the switch preferred in training")
+    # Before the driving, which takes minutes: the logs may be damaged.
+    training = training_of(folder.metrics, folder.steps if agent.controller and has_steps else None)
     pairs = stored_pairs(config.task.name, "validation", config.task.goal_radius)[: asked.episodes]
     folder.diagnosis.mkdir(exist_ok=True)
     examination = Examination(config, environment, agent, pairs)
     snapshots = [_examined(examination, agent, path) for path in weights]
-    diagnosis = diagnosis_of(folder, config, examination, snapshots)
+    diagnosis = diagnosis_of(str(folder.path), config, examination, snapshots, training)
     write_json(folder.diagnosis / "diagnosis.json", as_json(diagnosis))
     obstacles = Obstacles.from_model(environment.get_wrapper_attr("physics").model.ptr)
     _draw(diagnosis, obstacles, examination, folder.diagnosis)
     print(f"written to {folder.diagnosis}")
 
 
-def weights_of(folder: RunFolder, every: int) -> list[Path]:
-    """The snapshots to look at, oldest first; the last checkpoint where the run kept none.
+def weights_of(folder: RunFolder, agent: AsDDPG, every: int) -> list[Path]:
+    """The weights to look at, oldest first: the snapshots, and the last checkpoint where training went on after them.
+
+    Args:
+        folder: of the run.
+        agent: takes up weights, to tell which are newer.
+        every: 2 for every second one, counted from the last.
 
     Raises:
-        UserError: there is neither.
+        UserError: there are none, or the newest are damaged.
     """
-    snapshots = folder.snapshots()
-    if snapshots:
-        return snapshots[::-1][::every][::-1]
-    last = folder.checkpoint("last")
-    if not last.is_file():
+    snapshots, last = folder.snapshots(), folder.checkpoint("last")
+    if not snapshots and not last.is_file():
         raise UserError(f"{folder.path} has neither snapshots nor a last checkpoint: let it train up to a validation")
-    print(
-        "note: the run kept no snapshots (validation.snapshots, validation.every); only its last checkpoint is driven"
-    )
-    return [last]
+    if not snapshots:
+        print("note: the run kept no snapshots (validation.snapshots, validation.every); only its end is driven")
+        return [last]
+    if last.is_file() and checkpoint.load(last, agent) > checkpoint.load_snapshot(snapshots[-1], agent):
+        snapshots.append(last)
+    return snapshots[::-1][::every][::-1]
 
 
 def _examined(examination: Examination, agent: AsDDPG, path: Path) -> Snapshot:

@@ -14,11 +14,10 @@ from asddpg.config import TrainConfig
 from asddpg.drivers import actor_alone, controller_alone, with_switch
 from asddpg.evaluation import StartGoalPair
 from asddpg.intervals import Estimate
-from asddpg.run_folder import RunFolder
 from tools.driving_figures import Driven, Judged, driven, judged
 from tools.returns import FloatArray, Tail, tail_of
 from tools.rollouts import Rollout, drive, values_of
-from tools.training_figures import ByDistance, Cell, Windows, shares_by_distance, shares_by_place, windows_of
+from tools.training_figures import Training
 
 
 @dataclass(frozen=True)
@@ -45,19 +44,18 @@ class Snapshot:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """All figures of a run; by_distance and by_place are empty without a step log or a controller."""
+    """All figures of a run; goal_radius in metres."""
 
     run: str
     task: str
     agent: str
     episodes: int
     gamma: float
+    goal_radius: float
     tail: Tail
     controller: Driven | None
     snapshots: list[Snapshot]
-    training: Windows
-    by_distance: list[ByDistance]
-    by_place: list[Cell]
+    training: Training
 
 
 class Examination:
@@ -111,26 +109,20 @@ class Examination:
 
 
 def diagnosis_of(
-    folder: RunFolder, config: TrainConfig, examination: Examination, snapshots: list[Snapshot]
+    run: str, config: TrainConfig, examination: Examination, snapshots: list[Snapshot], training: Training
 ) -> Diagnosis:
     """Snapshots and training in one."""
-    by_distance: list[ByDistance] = []
-    by_place: list[Cell] = []
-    if folder.steps.is_file() and config.agent.assisted:
-        with np.load(folder.steps, allow_pickle=False) as steps:
-            by_distance, by_place = shares_by_distance(steps), shares_by_place(steps)
     return Diagnosis(
-        run=str(folder.path),
+        run=run,
         task=config.task.name,
         agent=config.agent.name,
         episodes=snapshots[0].actor.episodes,
         gamma=config.agent.gamma,
+        goal_radius=config.task.goal_radius,
         tail=examination.tail,
         controller=examination.of_controller(),
         snapshots=snapshots,
-        training=windows_of(folder.metrics),
-        by_distance=by_distance,
-        by_place=by_place,
+        training=training,
     )
 
 

@@ -13,10 +13,12 @@ from tools.diagnosis import Diagnosis, Snapshot
 from tools.driving_figures import Driven, Judged
 from tools.plot_style import ACTOR, CONTROLLER, FOURTH, PAIR, QUARTER_COLOURS, SHARES, THIRD, Sheet, Style
 from tools.rollouts import Rollout
-from tools.room_map import draw_cells, draw_ends, draw_room
+from tools.room_map import FAILURES, LOOKS, draw_cells, draw_ends, draw_room, legend_under
 from tools.training_figures import CELL
 
 Figures = Sequence[float | None]
+
+DISTANCES = (0.3, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)  # m, told on a scale of distances
 
 
 def draw(diagnosis: Diagnosis, obstacles: Obstacles, by_actor: Sequence[Rollout], folder: Path) -> None:
@@ -77,36 +79,36 @@ def _rates(axes: Axes, diagnosis: Diagnosis, field: str) -> None:
 
 
 def _controller_share(diagnosis: Diagnosis, obstacles: Obstacles) -> Sheet:
-    told = bool(diagnosis.by_place)
-    sheet = Sheet(_title(diagnosis, "Controller's share of the steps"), columns=3 if told else 1)
+    told = bool(diagnosis.training.by_place)
+    sheet = Sheet(_title(diagnosis, "Controller: what it drove, where the switch prefers it"), columns=3 if told else 1)
     _share_over_training(sheet.axes[0], diagnosis)
     if told:
-        _share_by_distance(sheet.axes[1], diagnosis)
-        _share_by_place(sheet, sheet.axes[2], diagnosis, obstacles)
+        _preferred_by_distance(sheet.axes[1], diagnosis)
+        _preferred_by_place(sheet, sheet.axes[2], diagnosis, obstacles)
     return sheet
 
 
 def _share_over_training(axes: Axes, diagnosis: Diagnosis) -> None:
-    training = diagnosis.training
+    windows, preferred = diagnosis.training.windows, diagnosis.training.preferred
     axes.plot(
-        _thousands(training.steps),
-        _floats(training.shares),
-        color="0.45",
-        marker=".",
-        ms=3,
-        label="training, with noise",
+        _thousands(windows.steps), _floats(windows.driven), color="0.45", marker=".", ms=3, label="driven in training"
     )
+    if preferred.steps:
+        steps = _thousands(preferred.steps)
+        axes.plot(steps, preferred.shares, color=CONTROLLER.colour, marker="^", ms=3, label="preferred in training")
     pairs = [snapshot.pair for snapshot in diagnosis.snapshots if snapshot.pair is not None]
-    PAIR.line(axes, _steps(diagnosis), [figures.controller_share for figures in pairs], "validation pairs, no noise")
-    axes.set(title="over training", xlabel="training step (thousands)", ylabel="controller's share")
+    PAIR.line(
+        axes, _steps(diagnosis), [figures.controller_share for figures in pairs], "driven by the pair, validation"
+    )
+    axes.set(title="over training", xlabel="training step (thousands)", ylabel="share of the steps")
     _leave_room_above(axes)
     axes.legend(loc="upper center", fontsize=9)
 
 
-def _share_by_distance(axes: Axes, diagnosis: Diagnosis) -> None:
-    for part, colour in zip(diagnosis.by_distance, QUARTER_COLOURS, strict=True):
-        axes.plot(part.distances, part.shares, color=colour, marker="o", ms=3, label=f"quarter {part.quarter}")
-    axes.set(title="by distance, while training", xlabel="distance to the goal (m)")
+def _preferred_by_distance(axes: Axes, diagnosis: Diagnosis) -> None:
+    for part, colour in zip(diagnosis.training.by_distance, QUARTER_COLOURS, strict=True):
+        axes.plot(part.distances, part.preferred, color=colour, marker="o", ms=3, label=f"quarter {part.quarter}")
+    axes.set(title="preferred, by distance", xlabel="distance to the goal (m)")
     _leave_room_above(axes)
     axes.legend(title="of training", loc="upper center", ncols=2, fontsize=9, title_fontsize=9)
 
@@ -116,12 +118,12 @@ def _leave_room_above(axes: Axes) -> None:
     axes.set(ylim=(-0.02, 1.35), yticks=np.linspace(0.0, 1.0, 6))
 
 
-def _share_by_place(sheet: Sheet, axes: Axes, diagnosis: Diagnosis, obstacles: Obstacles) -> None:
-    draw_cells(axes, diagnosis.by_place, CELL)
+def _preferred_by_place(sheet: Sheet, axes: Axes, diagnosis: Diagnosis, obstacles: Obstacles) -> None:
+    draw_cells(axes, diagnosis.training.by_place, CELL)
     draw_room(axes, obstacles)
-    axes.set_title("by place, last quarter of training")
+    axes.set_title("preferred, by place, last quarter")
     scale = ScalarMappable(Normalize(0.0, 1.0), SHARES)
-    sheet.figure.colorbar(scale, ax=axes, shrink=0.8, label="controller's share")
+    sheet.figure.colorbar(scale, ax=axes, shrink=0.8, label="share of the steps")
 
 
 # Q against return -------------------------------------------------------------------------------------------------
@@ -210,19 +212,52 @@ def _actions(diagnosis: Diagnosis) -> Sheet:
     return sheet
 
 
+# Ends -------------------------------------------------------------------------------------------------------------
+
+
 def _ends(diagnosis: Diagnosis, obstacles: Obstacles, by_actor: Sequence[Rollout]) -> Sheet:
-    last = diagnosis.snapshots[-1]
-    sheet = Sheet(_title(diagnosis, f"Where the actor alone ends, step {last.step}"), columns=1, panel=(7.6, 6.4))
-    draw_room(sheet.axes[0], obstacles)
-    draw_ends(sheet.axes[0], by_actor)
+    sheet = Sheet(_title(diagnosis, "Where the actor alone ends"), columns=2, panel=(5.8, 5.6))
+    room, failures = sheet.axes
+    draw_room(room, obstacles)
+    draw_ends(room, by_actor)
+    room.set_title(f"step {diagnosis.snapshots[-1].step}")
+    for outcome in FAILURES:
+        _failures(failures, diagnosis, outcome)
+    failures.axhline(diagnosis.goal_radius, color="0.6", linewidth=0.8, zorder=0, label="goal's radius")
+    failures.set(title="failures over training", xlabel="training step (thousands)", ylabel="distance to the goal (m)")
+    failures.set_xlim(0.0, 1.03 * diagnosis.snapshots[-1].step / 1000)  # also where nothing failed
+    _near_and_far(failures, diagnosis.goal_radius)
+    legend_under(failures)
     return sheet
+
+
+def _near_and_far(axes: Axes, least: float) -> None:
+    """A scale of distances, metres, that tells apart what lies just outside `least`."""
+    axes.set_yscale("log")
+    limits = (0.8 * least, axes.get_ylim()[1])
+    axes.set_yticks(DISTANCES, labels=[f"{distance:g}" for distance in DISTANCES])
+    axes.minorticks_off()
+    axes.set_ylim(limits)
+
+
+def _failures(axes: Axes, diagnosis: Diagnosis, outcome: str) -> None:
+    """How far from the goal the actor's episodes of an outcome ended, snapshot by snapshot."""
+    found = [
+        (each.step / 1000, end.distance)
+        for each in diagnosis.snapshots
+        for end in each.actor.ends
+        if end.outcome == outcome
+    ]
+    name, colour, marker, size = LOOKS[outcome]
+    steps, distances = np.array(found).reshape(-1, 2).T
+    axes.scatter(steps, distances, s=size / 2, marker=marker, color=colour, alpha=0.6, linewidths=0.0, label=name)
 
 
 # TD errors --------------------------------------------------------------------------------------------------------
 
 
 def _td_errors(diagnosis: Diagnosis) -> Sheet:
-    training = diagnosis.training
+    training = diagnosis.training.windows
     sheet = Sheet(f"TD errors · {diagnosis.agent} on {diagnosis.task}", columns=1, panel=(7.6, 3.8))
     (axes,) = sheet.axes
     steps = _thousands(training.steps)

@@ -8,12 +8,12 @@ import numpy as np
 
 from asddpg.config import TaskConfig
 from asddpg.intervals import Estimate, rate
-from tools.returns import FloatArray, Returns, Tail, discounted_returns
+from tools.returns import FloatArray, Tail, discounted_returns
 from tools.rollouts import Rollout
 
-STILL_V = 0.02  # m/s; slower than this the robot stands
+STILL_V = 0.02  # m/s above the least speed; slower than this the robot stands, as far as the task lets it
 STILL_OMEGA = 0.05  # rad/s
-CIRCLING_V = 0.05  # m/s; at full turn rate this is a circle of 5 cm
+CIRCLING_V = 0.05  # m/s above the least speed; from 0 and at full turn rate this is a circle of 5 cm
 NOWHERE, NOWHERE_TIME = 0.3, 5.0  # m, s; who is no farther away after that time got nowhere
 AT_BOUND = 0.01  # share of an action's range; nearer to a bound than this it is saturated
 BINS = 10  # of Q, with as many states in each
@@ -41,8 +41,8 @@ class Driven:
     Attributes:
         saturated_v: v at its largest or smallest.
         saturated_omega: ω at its largest or smallest.
-        standing: neither driving (v below 0.02 m/s) nor turning (|ω| below 0.05 rad/s).
-        circling: hardly driving (v below 0.05 m/s) at full turn rate.
+        standing: neither driving (v less than 0.02 m/s above the task's least) nor turning (|ω| below 0.05 rad/s).
+        circling: hardly driving (v less than 0.05 m/s above the least) at full turn rate.
         nowhere: less than 0.3 m away after the next 5 s, in whatever way; None where no episode is that long.
     """
 
@@ -65,7 +65,7 @@ def driven(rollouts: Sequence[Rollout], task: TaskConfig) -> Driven:
     outcomes = [rollout.outcome for rollout in rollouts]
     v, omega = np.concatenate([rollout.actions for rollout in rollouts]).T
     by_controller = np.concatenate([rollout.by_controller for rollout in rollouts])
-    fastest_turn = task.max_angular_velocity
+    least, fastest_turn = task.min_linear_velocity, task.max_angular_velocity
     turns = _saturated(omega, -fastest_turn, fastest_turn)
     return Driven(
         episodes=len(rollouts),
@@ -74,10 +74,10 @@ def driven(rollouts: Sequence[Rollout], task: TaskConfig) -> Driven:
         timeout_rate=rate(outcomes.count("timeout"), len(outcomes)),
         mean_steps=len(v) / len(rollouts),
         controller_share=float(by_controller.mean()),
-        saturated_v=float(_saturated(v, task.min_linear_velocity, task.max_linear_velocity).mean()),
+        saturated_v=float(_saturated(v, least, task.max_linear_velocity).mean()),
         saturated_omega=float(turns.mean()),
-        standing=float(((v < STILL_V) & (np.abs(omega) < STILL_OMEGA)).mean()),
-        circling=float(((v < CIRCLING_V) & turns).mean()),
+        standing=float(((v < least + STILL_V) & (np.abs(omega) < STILL_OMEGA)).mean()),
+        circling=float(((v < least + CIRCLING_V) & turns).mean()),
         nowhere=_nowhere(rollouts, round(NOWHERE_TIME / task.control_timestep)),
         ends=[_end(rollout) for rollout in rollouts],
     )
@@ -134,11 +134,10 @@ def judged(q: FloatArray, rollouts: Sequence[Rollout], gamma: float, tail: Tail)
     """Hold Q of all states of some episodes, one episode after the other, against what followed."""
     parts = [discounted_returns(r.rewards, gamma, r.outcome != "timeout", tail) for r in rollouts]
     low, high, counts = (np.concatenate(part) for part in zip(*parts, strict=True))
-    returns = Returns(low[counts], high[counts], counts)
-    states, q = int(counts.sum()), q[counts]
+    low, high, q, states = low[counts], high[counts], q[counts], int(counts.sum())
     if not states:
         return Judged(0, len(counts), None, None, None, None, None, [])
-    middle = (returns.low + returns.high) / 2
+    middle = (low + high) / 2
     mean_q = float(q.mean())
     return Judged(
         states=states,
@@ -146,8 +145,8 @@ def judged(q: FloatArray, rollouts: Sequence[Rollout], gamma: float, tail: Tail)
         mean_q=mean_q,
         mean_return=float(middle.mean()),
         bias=mean_q - float(middle.mean()),
-        bias_low=mean_q - float(returns.high.mean()),
-        bias_high=mean_q - float(returns.low.mean()),
+        bias_low=mean_q - float(high.mean()),
+        bias_high=mean_q - float(low.mean()),
         bins=_bins(q, middle),
     )
 

@@ -13,6 +13,14 @@ from tools.training_figures import Cell
 
 MARGIN = 0.15  # m of wall to see around the room
 
+# How an episode's end is named and drawn: name, colour, marker, size.
+LOOKS = {
+    "reached": ("reached", ACTOR.colour, "o", 18),
+    "crashed": ("crashed", CONTROLLER.colour, "X", 70),
+    "timeout": ("timed out", "#000000", "s", 40),
+}
+FAILURES = ("crashed", "timeout")
+
 
 def draw_room(axes: Axes, obstacles: Obstacles) -> None:
     """Draw what stands in the robot's way, metres, world frame."""
@@ -24,17 +32,17 @@ def draw_room(axes: Axes, obstacles: Obstacles) -> None:
 
 
 def draw_cells(axes: Axes, cells: Sequence[Cell], width: float) -> None:
-    """Colour squares of the floor by the controller's share in them."""
+    """Colour squares of the floor by how often the switch preferred the controller there."""
     for cell in cells:
         corner = (cell.x - width / 2, cell.y - width / 2)
-        axes.add_patch(Rectangle(corner, width, width, facecolor=SHARES(cell.share), edgecolor="none", zorder=1))
+        axes.add_patch(Rectangle(corner, width, width, facecolor=SHARES(cell.preferred), edgecolor="none", zorder=1))
 
 
 def draw_ends(axes: Axes, rollouts: Sequence[Rollout]) -> None:
     """Mark where episodes ended, those that failed with their paths and the goals they missed."""
-    for outcome, (name, colour, marker, size) in _LOOKS.items():
+    for outcome, (name, colour, marker, size) in LOOKS.items():
         chosen = [rollout for rollout in rollouts if rollout.outcome == outcome]
-        if outcome != "reached":
+        if outcome in FAILURES:
             _draw_ways(axes, chosen, colour)
         x, y = np.array([rollout.places[-1] for rollout in chosen]).reshape(-1, 2).T
         label = f"{name}: {len(chosen)}"
@@ -42,15 +50,12 @@ def draw_ends(axes: Axes, rollouts: Sequence[Rollout]) -> None:
             x, y, s=size, marker=marker, color=colour, edgecolors="white", linewidths=0.6, zorder=5, label=label
         )
     axes.scatter([], [], s=60, marker="*", facecolors="none", edgecolors="0.3", label="goal missed")
-    axes.legend(loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
+    legend_under(axes)
 
 
-# How an episode's end is named and drawn: name, colour, marker, size.
-_LOOKS = {
-    "reached": ("reached", ACTOR.colour, "o", 18),
-    "crashed": ("crashed", CONTROLLER.colour, "X", 70),
-    "timeout": ("timed out", "#000000", "s", 40),
-}
+def legend_under(axes: Axes) -> None:
+    """A legend that hides nothing."""
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=4, frameon=False, handletextpad=0.3)
 
 
 def _draw_ways(axes: Axes, rollouts: Sequence[Rollout], colour: str) -> None:

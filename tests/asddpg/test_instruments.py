@@ -91,14 +91,23 @@ def test_the_step_log_agrees_with_the_metrics(tiny_run: Path) -> None:
 def test_the_step_log_tells_who_drove_and_why(tiny_run: Path) -> None:
     with np.load(tiny_run / "steps.npz", allow_pickle=False) as steps:
         log = dict(steps)
-    by_controller = log["by_controller"] == 1.0
+    by_controller, preferred = log["by_controller"] == 1.0, log["q_controller"] > log["q_policy"]
     assert 0 < by_controller.sum() < 400
-    np.testing.assert_array_equal(by_controller, log["q_controller"] > log["q_policy"])
+    assert preferred[by_controller].all()
+    assert not by_controller[preferred].all()  # the schedule withdrew the controller although the switch wanted it
     # The controller's action is its own, the policy's is the actor's with noise.
     gap = np.abs(log["omega"] - log["actor_omega"])
     assert (gap[~by_controller] > 0).any()
     assert gap[~by_controller].max() < 2.0
     assert np.isfinite(log["distance"]).all()
+
+
+def test_without_withdrawal_the_switch_alone_decides(tmp_path: Path) -> None:
+    train.main(["task=nav_complex", *TINY, "agent.withdrawal.last_share=0", f"run_dir={tmp_path / 'run'}"])
+    with np.load(tmp_path / "run/steps.npz", allow_pickle=False) as steps:
+        by_controller = steps["by_controller"] == 1.0
+        np.testing.assert_array_equal(by_controller, steps["q_controller"] > steps["q_policy"])
+    assert 0 < by_controller.sum() < 400
 
 
 def test_an_interrupted_training_keeps_its_steps(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

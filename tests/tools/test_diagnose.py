@@ -9,8 +9,9 @@ import pytest
 from PIL import Image
 
 from asddpg import program, train
+from asddpg.build import make_agent, make_environment
 from asddpg.errors import UserError
-from asddpg.run_folder import RunFolder
+from asddpg.run_folder import RunFolder, read_training
 from tests.asddpg.test_commands import read_rows
 from tests.conftest import TINY
 from tools import diagnose
@@ -53,6 +54,38 @@ def test_every_second_snapshot_counted_from_the_last(run: Path) -> None:
     assert [snapshot["step"] for snapshot in found["snapshots"]] == [400]
 
 
+def test_the_end_of_a_training_that_went_on_after_its_last_snapshot(run: Path) -> None:
+    folder = RunFolder(run)
+    config, _ = read_training(folder.config)
+    agent = make_agent(config, make_environment(config.task, config.reward))
+    first, second = folder.snapshots()
+    last = folder.checkpoint("last")
+    assert weights_of(folder, agent, 1) == [first, second]  # the last snapshot is of the training's end
+    shutil.rmtree(second.parent)
+    assert weights_of(folder, agent, 1) == [first, last]
+    assert weights_of(folder, agent, 2) == [last]
+    diagnose.main([f"run={run}", "episodes=1"])
+    found = json.loads((run / "diagnosis/diagnosis.json").read_text())
+    assert [snapshot["step"] for snapshot in found["snapshots"]][1:] == [400]
+    last.unlink()
+    assert weights_of(folder, agent, 1) == [first]
+
+
+def test_a_training_in_progress_is_diagnosed(run: Path) -> None:
+    (run / "steps.npz").unlink()
+    metrics = run / "metrics.csv"
+    metrics.write_bytes(metrics.read_bytes()[:-30])
+    diagnose.main([f"run={run}", "episodes=1"])
+    assert {path.name for path in (run / "diagnosis").glob("*.png")} == PLOTS
+
+
+def test_a_damaged_step_log_is_told_before_the_driving(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(diagnose, "Examination", None)  # whoever drives fails
+    (run / "steps.npz").write_bytes(b"half a log")
+    with pytest.raises(UserError, match=r"steps\.npz is damaged"):
+        diagnose.main([f"run={run}"])
+
+
 def test_ddpg_has_neither_pair_nor_controller(tmp_path: Path) -> None:
     run = tmp_path / "run"
     train.main(["task=nav_empty", "agent=ddpg", *TINY, "total_steps=200", f"run_dir={run}"])
@@ -74,7 +107,9 @@ def test_an_older_run_is_diagnosed_from_what_it_has(run: Path, capsys: pytest.Ca
     assert "kept no snapshots" in printed
     assert "steps.npz" in printed
     found = json.loads((run / "diagnosis/diagnosis.json").read_text())
-    assert (len(found["snapshots"]), found["by_distance"], found["by_place"]) == (1, [], [])
+    training = found["training"]
+    assert (len(found["snapshots"]), training["by_distance"], training["by_place"]) == (1, [], [])
+    assert training["windows"]["driven"]
 
 
 def test_a_run_without_weights(run: Path) -> None:
@@ -85,7 +120,7 @@ def test_a_run_without_weights(run: Path) -> None:
 
 
 def test_a_damaged_snapshot_is_named(run: Path) -> None:
-    path = weights_of(RunFolder(run), 1)[0]
+    path = RunFolder(run).snapshots()[0]
     path.write_bytes(b"half a snapshot")
     with pytest.raises(UserError, match=f"{path.parent.name}.*damaged or not a checkpoint"):
         diagnose.main([f"run={run}", "episodes=1"])
@@ -107,6 +142,7 @@ def test_words_and_their_defaults() -> None:
         (["run=x", "episodes=51"], "episodes must be a whole number from 1 to 50, not '51'"),
         (["run=x", "episodes=0"], "from 1 to 50, not '0'"),
         (["run=x", "every=half"], "every must be a whole number .* not 'half'"),
+        (["run=pretrained:nav_complex"], "needs the folder of a training run, .* pretrained:nav_complex has none"),
         (["run=nowhere"], "nowhere is not the folder of a run"),
     ],
 )

@@ -7,11 +7,19 @@ import numpy as np
 import pytest
 
 from asddpg.config import TaskConfig
+from asddpg.errors import UserError
 from tools.diagnosis import as_json
 from tools.driving_figures import End, driven, judged
 from tools.returns import Tail
 from tools.rollouts import Rollout
-from tools.training_figures import shares_by_distance, shares_by_place, windows_of
+from tools.training_figures import (
+    read_steps,
+    shares_by_distance,
+    shares_by_place,
+    shares_over_training,
+    training_of,
+    windows_of,
+)
 
 FULL = np.pi / 3
 
@@ -42,6 +50,14 @@ def test_actions_are_told_apart() -> None:
     assert figures.nowhere is None  # no episode lasts 5 s
     assert figures.ends[1] == End("crashed", 0.0, 0.0, 5.0)
     assert (figures.reach_rate.value, figures.crash_rate.value, figures.timeout_rate.value) == (0.5, 0.5, 0.0)
+
+
+def test_still_is_relative_to_the_least_speed() -> None:
+    actions = [(0.05, 0.0), (0.08, 0.0), (0.09, FULL), (0.12, FULL)]
+    figures = driven([rollout("timeout", actions)], TaskConfig(min_linear_velocity=0.05))
+    assert (figures.standing, figures.circling, figures.saturated_v) == (0.25, 0.25, 0.25)
+    from_zero = driven([rollout("timeout", actions)], TaskConfig())
+    assert (from_zero.standing, from_zero.circling) == (0.0, 0.0)
 
 
 def test_who_circles_slowly_gets_nowhere_too() -> None:
@@ -85,22 +101,82 @@ def test_windows_of_training(tmp_path: Path) -> None:
     path.write_text("\n".join(["step,steps,controller_share,td_error_policy", *rows]) + "\n")
     windows = windows_of(path)
     assert windows.steps == [25.0, 75.0]
-    assert windows.shares == [1.0, 0.0]
+    assert windows.driven == [1.0, 0.0]
     assert windows.td_policy == [2.5, None]
     assert windows.td_controller == [None, None]  # a column that older runs have not
 
 
-def test_shares_by_distance_and_place() -> None:
+@pytest.mark.parametrize("unfinished", ["60", "60,10", "60,10,0.5,0.2"])
+def test_a_row_that_is_just_being_written_is_left_out(unfinished: str, tmp_path: Path) -> None:
+    path = tmp_path / "metrics.csv"
+    rows = [f"{10 * n},10,0,1.0" for n in range(1, 6)]
+    path.write_text("\r\n".join(["step,steps,controller_share,td_error_policy", *rows, ""]), newline="")
+    whole = windows_of(path)
+    path.write_text(path.read_text() + unfinished)
+    assert windows_of(path) == whole
+    assert whole.steps == [25.0]
+
+
+@pytest.mark.parametrize("content", ["step,steps\n1\n", "step,steps\n1,one\n", "step,steps\nnan,1\n", "other\n1\n"])
+def test_damaged_metrics_are_one_sentence(content: str, tmp_path: Path) -> None:
+    path = tmp_path / "metrics.csv"
+    path.write_text(content)
+    with pytest.raises(UserError, match=r"metrics\.csv is damaged"):
+        windows_of(path)
+    path.unlink()
+    with pytest.raises(UserError, match=r"metrics\.csv cannot be read: No such file"):
+        windows_of(path)
+
+
+def test_a_damaged_step_log_is_one_sentence(tmp_path: Path) -> None:
+    path = tmp_path / "steps.npz"
+    np.savez_compressed(path, **logged())  # type: ignore[arg-type]
+    whole = path.read_bytes()
+    assert set(read_steps(path)) == set(logged())
+    for damaged in (b"", b"no archive", whole[:-40], whole[:200] + bytes(100) + whole[300:]):
+        path.write_bytes(damaged)
+        with pytest.raises(UserError, match=r"steps\.npz is damaged"):
+            read_steps(path)
+    for wrong in ({"x": np.zeros(3)}, {**logged(), "x": np.zeros(3)}):
+        np.savez(path, **wrong)
+        with pytest.raises(UserError, match=r"steps\.npz is damaged"):
+            read_steps(path)
+
+
+def test_a_training_that_has_hardly_begun_has_no_figures(tmp_path: Path) -> None:
+    (tmp_path / "metrics.csv").write_text("step,steps,controller_share\r\n18,1", newline="")
+    nothing = {name: array[:0] for name, array in logged().items()}
+    np.savez(tmp_path / "steps.npz", **nothing)  # type: ignore[arg-type]
+    found = training_of(tmp_path / "metrics.csv", tmp_path / "steps.npz")
+    assert found.windows.driven == [None]
+    assert (found.preferred.steps, found.by_place) == ([], [])
+
+
+def logged() -> dict[str, np.ndarray[tuple[int, ...], np.dtype[np.float32]]]:
+    """Near the goal the switch prefers the controller, which drives in the first half alone."""
     count = 400
+    near = np.arange(count) % 2 == 1
     steps = {
-        "x": np.where(np.arange(count) % 2, 0.1, -0.1),
+        "x": np.where(near, 0.1, -0.1),
         "y": np.zeros(count),
-        "distance": np.where(np.arange(count) % 2, 0.7, 2.2),
-        "by_controller": np.where(np.arange(count) % 2, 1.0, 0.0),
+        "distance": np.where(near, 0.7, 2.2),
+        "by_controller": np.where(near & (np.arange(count) < count / 2), 1.0, 0.0),
+        "q_policy": np.where(near, -1.0, 1.0),
+        "q_controller": np.zeros(count),
     }
-    as_logged = {name: values.astype(np.float32) for name, values in steps.items()}
-    quarters = shares_by_distance(as_logged)
+    return {name: values.astype(np.float32) for name, values in steps.items()}
+
+
+def test_shares_by_distance_and_place() -> None:
+    quarters = shares_by_distance(logged())
     assert [quarter.distances for quarter in quarters] == [[0.75, 2.25]] * 4
-    assert [quarter.shares for quarter in quarters] == [[1.0, 0.0]] * 4
-    cells = {(cell.x, cell.y): (cell.steps, cell.share) for cell in shares_by_place(as_logged)}
-    assert cells == {(-0.2, 0.2): (50, 0.0), (0.2, 0.2): (50, 1.0)}
+    assert [quarter.driven for quarter in quarters] == [[1.0, 0.0]] * 2 + [[0.0, 0.0]] * 2
+    assert [quarter.preferred for quarter in quarters] == [[1.0, 0.0]] * 4
+    cells = {(cell.x, cell.y): (cell.steps, cell.driven, cell.preferred) for cell in shares_by_place(logged())}
+    assert cells == {(-0.2, 0.2): (50, 0.0, 0.0), (0.2, 0.2): (50, 0.0, 1.0)}
+
+
+def test_what_the_switch_prefers_over_training() -> None:
+    found = shares_over_training(logged())
+    assert found.shares == [0.5] * 40
+    assert found.steps[:2] == [5.0, 15.0]
