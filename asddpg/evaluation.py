@@ -8,6 +8,15 @@ from asddpg.intervals import Estimate, mean, rate
 from asddpg.loop import run_episode
 from asddpg.types import Agent, Environment, Episode, Observer
 
+# Figures that tables show, with their titles and the form of their numbers.
+ROWS = {
+    "reach_rate": ("reach rate", "{:.3f}"),
+    "crash_rate": ("crash rate", "{:.3f}"),
+    "timeout_rate": ("time-out rate", "{:.3f}"),
+    "metric": ("metric", "{:.3f}"),
+    "mean_time": ("mean time (s)", "{:.1f}"),
+    "spl": ("SPL", "{:.3f}"),
+}
 STEP_PENALTY, REACH_BONUS = -0.01, 2.0  # the paper's task metric, section V
 
 
@@ -97,16 +106,8 @@ def _spl(episode: Episode, shortest_path: float) -> float:
 
 def table(columns: dict[str, Figures]) -> str:
     """Figures side by side as text, one column each."""
-    rows = {
-        "reach rate": ("reach_rate", "{:.3f}"),
-        "crash rate": ("crash_rate", "{:.3f}"),
-        "time-out rate": ("timeout_rate", "{:.3f}"),
-        "metric": ("metric", "{:.3f}"),
-        "mean time (s)": ("mean_time", "{:.1f}"),
-        "SPL": ("spl", "{:.3f}"),
-    }
     lines = [f"{'':15}" + "".join(f"{name:>27}" for name in columns)]
-    for title, (field, form) in rows.items():
+    for field, (title, form) in ROWS.items():
         cells = (cell(getattr(figures, field), form) for figures in columns.values())
         lines.append(f"{title:15}" + "".join(f"{cell:>27}" for cell in cells))
     counts = ", ".join(str(figures.episodes) for figures in columns.values())

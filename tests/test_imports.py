@@ -55,6 +55,10 @@ FORBIDDEN = {
         {"torch", "tasks", "mujoco", "dm_control", "hydra", "omegaconf", "tools", "tests"},
     ),
     "observers": (["asddpg/observers/*.py"], {"torch", "hydra", "omegaconf", "mujoco", "tools", "tests"}),
+    "safetensors in the policy's file alone": (
+        [f"asddpg/{name}.py" for name in (*CORE, *LOOP, *ROOTS) if name != "policy_file"],
+        {"safetensors"},
+    ),
     "roots": ([f"asddpg/{name}.py" for name in ROOTS], {"tools", "tests"}),
     "tools": (["tools/*.py"], {"tests"}),
 }

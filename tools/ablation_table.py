@@ -4,8 +4,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from asddpg.intervals import Estimate, mean
+from tools.markdown import markdown
 from tools.run_groups import Group
-from tools.run_tables import COLUMNS, LEGEND, NOTHING, Column, Result, Results, markdown, missing_note, over_seeds
+from tools.run_tables import COLUMNS, LEGEND, Column, Result, Results, missing_note, over_seeds
 
 EFFECT_ON = "reach_last"
 SHOWN = (
@@ -77,6 +78,6 @@ def _line(group: Group, against: str, results: Sequence[Result], difference: Est
         group.title + against + missing_note(group, results),
         ", ".join(str(result.seed) for result in results),
         ", ".join(by_seed),
-        NOTHING if difference is None else EFFECT.cell(difference),
+        EFFECT.cell(difference or Estimate(None, None, None)),
         *(COLUMNS[key].cell(over_seeds(results, key)) for key in SHOWN),
     ]

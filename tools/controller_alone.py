@@ -10,22 +10,16 @@ from typing import Any
 from asddpg.build import controller_for, make_environment
 from asddpg.config import ControllerConfig, TaskConfig, TrainConfig
 from asddpg.drivers import controller_alone
-from asddpg.evaluation import evaluate
+from asddpg.evaluation import ROWS, cell, evaluate
 from asddpg.intervals import Estimate
 from asddpg.run_folder import write_json
 from asddpg.train import versions
 from tasks.fresh_pairs import stored_pairs
+from tools.markdown import markdown
 from tools.run_store import flat
-from tools.run_tables import Column, markdown
 from tools.scenes_today import scene_today
 
-FIGURES = {
-    "reach_rate": Column("reach"),
-    "crash_rate": Column("crash"),
-    "timeout_rate": Column("time-out"),
-    "mean_time": Column("mean time (s)", "{:.1f}", is_share=False),
-    "spl": Column("SPL"),
-}
+FIGURES = {field: row for field, row in ROWS.items() if field != "metric"}
 
 
 def title_of(config: TrainConfig) -> str:
@@ -93,9 +87,9 @@ def table(found: Mapping[str, Mapping[str, Any]]) -> str:
     rows = [
         [
             title,
-            *(column.cell(Estimate(content[key]["value"], *content[key]["ci95"])) for key, column in FIGURES.items()),
+            *(cell(Estimate(content[key]["value"], *content[key]["ci95"]), form) for key, (_, form) in FIGURES.items()),
         ]
         for title, content in found.items()
     ]
-    header = ["controller alone", *(column.title for column in FIGURES.values())]
+    header = ["controller alone", *(title for title, _ in FIGURES.values())]
     return f"{markdown(header, rows)}\n\nIn brackets 95 % intervals over the stored test pairs, Wilson's for rates."

@@ -8,6 +8,7 @@ from typing import Any, SupportsFloat
 
 from asddpg.types import Episode, Observation, Step
 from tasks.held_out import Pair
+from tools.markdown import markdown
 
 OUTCOMES = {"reached": "reached", "crashed": "crashed", "timeout": "out of time"}
 NEAR = 1.0  # m from the goal
@@ -82,11 +83,11 @@ def _length_table(drives: Sequence[Drive]) -> str:
     bins: dict[int, Counter[str]] = {}
     for drive in drives:
         bins.setdefault(int(drive.pair.shortest_path), Counter())[drive.outcome] += 1
-    lines = [f"| path | pairs | {' | '.join(OUTCOMES.values())} |", "|---" * (2 + len(OUTCOMES)) + "|"]
-    for metres, counts in sorted(bins.items()):
-        cells = " | ".join(str(counts[name]) for name in OUTCOMES)
-        lines.append(f"| {metres} to {metres + 1} m | {counts.total()} | {cells} |")
-    return "\n".join(lines)
+    rows = [
+        [f"{metres} to {metres + 1} m", str(counts.total()), *(str(counts[name]) for name in OUTCOMES)]
+        for metres, counts in sorted(bins.items())
+    ]
+    return markdown(["path", "pairs", *OUTCOMES.values()], rows)
 
 
 def _region_table(drives: Sequence[Drive], all_failures: int) -> list[str]:
@@ -96,14 +97,18 @@ def _region_table(drives: Sequence[Drive], all_failures: int) -> list[str]:
         regions.setdefault((math.floor(x / REGION), math.floor(y / REGION)), []).append(drive)
     failures = {region: [drive for drive in inside if drive.failed] for region, inside in regions.items()}
     worst = sorted((r for r in regions if failures[r]), key=lambda r: (-len(failures[r]), len(regions[r]), r))[:WORST]
-    lines = ["| goal in | failed | how | such as |", "|---|---|---|---|"]
+    rows = []
     for region in worst:
         share, such_as = f"{len(failures[region])} of {len(regions[region])}", failures[region][:SHOWN]
-        lines.append(f"| {_square(region)} | {share} | {_kinds(failures[region])} | {_examples(such_as)} |")
+        rows.append([_square(region), share, _kinds(failures[region]), _examples(such_as)])
     rest = all_failures - sum(len(failures[region]) for region in worst)
     others = f"The other {rest} lie elsewhere; `test.json`" if rest else "`test.json`"
     head = f"The worst regions, squares of {REGION:g} m by the goal; metres, world frame:"
-    return [head, "\n".join(lines), f"{others} lists every failure with start, goal and end."]
+    return [
+        head,
+        markdown(["goal in", "failed", "how", "such as"], rows),
+        f"{others} lists every failure with start, goal and end.",
+    ]
 
 
 def _square(region: tuple[int, int]) -> str:

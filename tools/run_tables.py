@@ -7,12 +7,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from asddpg.evaluation import cell
 from asddpg.intervals import Estimate, mean
+from tools.markdown import markdown
 from tools.run_figures import RunFigures
 from tools.run_groups import Group
 from tools.run_store import StoredRun
 
-NOTHING = "–"
 LEGEND = (
     "While training: the last 200 episodes, noise on, the controller as far as its schedule lets it. Controller: its "
     "share of the steps by quarter of training and in the last 10 %, which the schedule bounds; switch prefers it: the "
@@ -32,13 +33,9 @@ class Column:
     def cell(self, estimate: Estimate) -> str:
         """A figure with its interval, where it has one."""
         value, low, high = estimate
-        if value is None:
-            return NOTHING
-        if low is None or high is None:
-            return self.form.format(value)
-        if self.is_share:
-            low, high = max(low, 0.0), min(high, 1.0)
-        return f"{self.form} [{self.form}, {self.form}]".format(value, low, high)
+        if self.is_share and low is not None and high is not None:
+            estimate = Estimate(value, max(low, 0.0), min(high, 1.0))
+        return cell(estimate, self.form)
 
 
 COLUMNS = {
@@ -99,12 +96,6 @@ def runs_table(groups: Mapping[str, Group], results: Results) -> str:
 def missing_note(group: Group, found: Sequence[Result]) -> str:
     """What to add to a row that does not have all its runs yet."""
     return "" if len(found) == len(group.seeds) else f" (of {len(group.seeds)}, unfinished)"
-
-
-def markdown(header: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """A Markdown table."""
-    lines = [header, ["---"] * len(header), *rows]
-    return "\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in line)} |" for line in lines)
 
 
 def write_csv(path: Path, groups: Mapping[str, Group], results: Results) -> None:

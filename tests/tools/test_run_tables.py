@@ -11,11 +11,12 @@ from asddpg.errors import UserError
 from asddpg.intervals import Estimate
 from asddpg.train import hash_of
 from tests.tools.fake_runs import finish, finish_group
+from tools.markdown import markdown
 from tools.run_figures import RunFigures, figures_of
 from tools.run_groups import Group, finished
 from tools.run_provenance import provenance
 from tools.run_store import stored_runs
-from tools.run_tables import COLUMNS, Result, Results, markdown, runs_table, write_csv
+from tools.run_tables import COLUMNS, Result, Results, runs_table, write_csv
 from tools.scenes_today import scene_today
 
 GROUP = Group("nav_empty", ("task=nav_empty",), 1000, (0, 1, 2))
