@@ -14,7 +14,7 @@ from tools.driving_figures import Driven, Judged
 from tools.plot_style import ACTOR, CONTROLLER, FOURTH, PAIR, QUARTER_COLOURS, SHARES, THIRD, Sheet, Style
 from tools.rollouts import Rollout
 from tools.room_map import FAILURES, LOOKS, draw_cells, draw_ends, draw_room, legend_under
-from tools.training_figures import CELL
+from tools.step_figures import CELL
 
 Figures = Sequence[float | None]
 

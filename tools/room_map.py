@@ -9,7 +9,7 @@ from matplotlib.patches import Polygon, Rectangle
 from tasks.obstacles import Obstacles
 from tools.plot_style import ACTOR, CONTROLLER, SHARES
 from tools.rollouts import Rollout
-from tools.training_figures import Cell
+from tools.step_figures import Cell
 
 MARGIN = 0.15  # m of wall to see around the room
 

@@ -12,14 +12,8 @@ from tools.diagnosis import as_json
 from tools.driving_figures import End, driven, judged
 from tools.returns import Tail
 from tools.rollouts import Rollout
-from tools.training_figures import (
-    read_steps,
-    shares_by_distance,
-    shares_by_place,
-    shares_over_training,
-    training_of,
-    windows_of,
-)
+from tools.step_figures import read_steps, shares_by_distance, shares_by_place, shares_over_training
+from tools.training_figures import training_of, windows_of
 
 FULL = np.pi / 3
 
