@@ -22,6 +22,7 @@ CORE = (
     "agent",
     "n_step",
     "withdrawal",
+    "annealing",
     "drivers",
     "streams",
 )
