@@ -17,7 +17,7 @@ from asddpg.exploration import OrnsteinUhlenbeckNoise
 from asddpg.flat import FlatParameters
 from asddpg.losses import Batch, TargetRule, bellman_targets, critic_dqn_loss, policy_loss
 from asddpg.n_step import NStepReturns
-from asddpg.networks import CONTROLLER, POLICY, Networks, NetworkShape
+from asddpg.networks import CONTROLLER, POLICY, Networks
 from asddpg.replay import Replay, Transition
 from asddpg.types import Action, Decision, Driver, Observation, Step
 from asddpg.withdrawal import Withdrawal
@@ -29,7 +29,6 @@ class AsDDPG:
     def __init__(
         self,
         networks: Networks,
-        shape: NetworkShape,
         config: LearningConfig,
         replay: Replay,
         noise: OrnsteinUhlenbeckNoise,
@@ -43,7 +42,6 @@ class AsDDPG:
 
         Args:
             networks: online networks, with a switch branch exactly if there is a controller.
-            shape: what they were built for.
             config: how to learn.
             replay: R.
             noise: ε.
@@ -61,8 +59,8 @@ class AsDDPG:
         self.config = config
         self.device = device
         self._replay, self._noise = replay, noise
-        self._low = np.asarray(shape.action_low, dtype=np.float32)
-        self._high = np.asarray(shape.action_high, dtype=np.float32)
+        self._low = np.asarray(networks.shape.action_low, dtype=np.float32)
+        self._high = np.asarray(networks.shape.action_high, dtype=np.float32)
         self._critic_dqn, self._policy = self._flatten(self.networks)
         self._target_critic_dqn, self._target_policy = self._flatten(self.target)
         self._critic_optimizer = Adam([self._critic_dqn.vector], lr=config.critic_learning_rate, fused=True)

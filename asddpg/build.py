@@ -55,7 +55,7 @@ def controller_for(environment: gymnasium.Env, config: ControllerConfig) -> Cont
     return controller
 
 
-def network_shape(config: TrainConfig, environment: gymnasium.Env) -> NetworkShape:
+def _network_shape(config: TrainConfig, environment: gymnasium.Env) -> NetworkShape:
     """What the networks of a configuration are built for in an environment."""
     low, high = action_bounds(environment)
     assert environment.observation_space.shape is not None
@@ -77,13 +77,12 @@ def network_shape(config: TrainConfig, environment: gymnasium.Env) -> NetworkSha
 def make_agent(config: TrainConfig, environment: gymnasium.Env) -> AsDDPG:
     """The agent of a run, untrained, its random streams from the run's seed."""
     low, high = action_bounds(environment)
-    shape = network_shape(config, environment)
+    shape = _network_shape(config, environment)
     learning, exploration = config.agent, config.exploration
     kind_of_replay = BalancedReplay if learning.balanced_batches else ReplayBuffer
     controller = controller_for(environment, config.controller)
     return AsDDPG(
         networks=_initial_networks(shape, learning.assisted, stream(config.seed, "weights")),
-        shape=shape,
         config=learning,
         replay=kind_of_replay(learning.buffer_size, shape.observation_size, len(low), stream(config.seed, "replay")),
         noise=OrnsteinUhlenbeckNoise(

@@ -29,13 +29,12 @@ class _Content(NamedTuple):
     step: int
 
 
-def save(path: Path, networks: Networks, shape: NetworkShape, step: int) -> None:
+def save(path: Path, networks: Networks, step: int) -> None:
     """Write policy and, where there is one, switch, after `step` training steps.
 
     Args:
         path: of the file.
         networks: online networks.
-        shape: what they were built for.
         step: of the training.
     """
     weights = {
@@ -44,7 +43,7 @@ def save(path: Path, networks: Networks, shape: NetworkShape, step: int) -> None
         if not name.startswith(_LEARNING)
     }
     # One key: the order of several is not the same each time, and the same weights are to give the same bytes.
-    header = json.dumps({"format": FORMAT, "step": step, "shape": shape._asdict()}, sort_keys=True)
+    header = json.dumps({"format": FORMAT, "step": step, "shape": networks.shape._asdict()}, sort_keys=True)
     # Not save_file: it makes a file that only its owner may read.
     path.write_bytes(serialised(weights, metadata={KEY: header}))
 

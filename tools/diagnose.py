@@ -24,6 +24,7 @@ from asddpg.trained import PREFIX
 from tasks.fresh_pairs import stored_pairs
 from tasks.obstacles import Obstacles
 from tools.diagnosis import Diagnosis, Examination, Snapshot, as_json, diagnosis_of
+from tools.option_words import options_in
 from tools.training_figures import training_of
 
 LARGEST = {"every": 10_000, "episodes": 50}
@@ -40,16 +41,7 @@ class Wish:
 
 def wish(words: Sequence[str]) -> Wish:
     """Read the command line's words; UserError where one is wrong."""
-    options: dict[str, str] = {}
-    for word in words:
-        name, separator, value = word.partition("=")
-        if not separator:
-            raise UserError(f"{word!r} is not an option of the form name=value, such as run=runs/mine")
-        if name not in ("run", *LARGEST):
-            raise UserError(f"there is no option {name!r}; there are run, {', '.join(LARGEST)}")
-        if name in options:
-            raise UserError(f"{name} is given twice, as {options[name]} and {value}")
-        options[name] = value
+    options = options_in(words, ("run", *LARGEST))
     if not options.get("run"):
         raise UserError("diagnose what? run=<run_dir>, the folder of a training run")
     if options["run"].startswith(PREFIX):

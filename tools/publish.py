@@ -23,7 +23,7 @@ import gymnasium
 
 from asddpg import policy_file, pretrained
 from asddpg.agent import AsDDPG
-from asddpg.build import controller_for, make_agent, make_environment, network_shape, prepare_torch
+from asddpg.build import controller_for, make_agent, make_environment, prepare_torch
 from asddpg.config import ControllerConfig, TrainConfig
 from asddpg.drivers import FixedDriver, actor_alone, controller_alone, with_switch
 from asddpg.errors import UserError
@@ -155,7 +155,7 @@ def _export(
     """Write the weights; gives an agent that has them from that file, so that what is tested is what is shipped."""
     learned = make_agent(config, environment)
     step = trained.load_into(learned)
-    policy_file.save(part.weights, learned.networks, network_shape(config, environment), step)
+    policy_file.save(part.weights, learned.networks, step)
     if part.weights.stat().st_size > LARGEST:
         size = f"{part.weights.stat().st_size / 1e6:.1f} MB"
         raise UserError(

@@ -21,9 +21,8 @@ VALIDATIONS_COUNTED = 5
 class RunFigures:
     """What a run gave; None where there was nothing to measure. Rates and shares are from 0 to 1."""
 
-    reach_training: (
-        float | None
-    )  # of the last 200 training episodes: noise on, controller as far as its schedule lets it
+    # Of the last 200 training episodes: noise on, controller as far as its schedule lets it.
+    reach_training: float | None
     reach_last: float | None  # actor alone on the stored test pairs, checkpoint last
     crash_last: float | None
     reach_best: float | None  # the same, checkpoint best

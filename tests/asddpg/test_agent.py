@@ -70,7 +70,6 @@ def make_agent(controller: Any, seed: int = 0, shape: NetworkShape | None = None
     rng = np.random.default_rng(seed)
     return AsDDPG(
         networks=Networks(shape, with_switch=controller is not None),
-        shape=shape,
         config=config,
         replay=ReplayBuffer(5000, shape.observation_size, 2, rng),
         noise=OrnsteinUhlenbeckNoise((HIGH - LOW) / 2, 0.15, 0.3, 0, 1.0, rng),
