@@ -168,6 +168,28 @@ class ValidationConfig:
 
 
 @dataclass
+class RecordConfig:
+    """Recordings of episodes for Foxglove, episodes/*.mcap in the run's folder. They change nothing that is learned."""
+
+    # Episodes between two recorded ones, the first among them; 1 records all, 0 none.
+    every: int = 50
+    # Recordings kept at most; the oldest go.
+    keep: int = 200
+
+
+@dataclass
+class RecordEvaluationConfig:
+    """Recordings of an evaluation's episodes for Foxglove, evaluated_episodes/*.mcap beside evaluation.json."""
+
+    # Episodes between two recorded ones, the first among them; 1 records all, 0 none.
+    every: int = 0
+    # Numbers of episodes that are recorded besides, counted from 1.
+    only: list[int] = field(default_factory=list)
+    # Outcomes whose recordings are kept: reached, crashed, timeout; empty keeps all.
+    outcomes: list[str] = field(default_factory=list)
+
+
+@dataclass
 class TrainConfig:
     """`python -m asddpg.train`."""
 
@@ -178,6 +200,7 @@ class TrainConfig:
     controller: ControllerConfig = field(default_factory=ControllerConfig)
     exploration: ExplorationConfig = field(default_factory=ExplorationConfig)
     validation: ValidationConfig = field(default_factory=ValidationConfig)
+    record: RecordConfig = field(default_factory=RecordConfig)
     # Of every random stream of the run.
     seed: int = 0
     # Control steps to train for.
@@ -208,6 +231,7 @@ class EvaluateConfig:
     episodes: int = 200
     # Of freshly drawn start-goal pairs; null takes the stored test set.
     seed: int | None = None
+    record: RecordEvaluationConfig = field(default_factory=RecordEvaluationConfig)
     device: str = "cpu"
 
 
@@ -236,6 +260,8 @@ def _layers(widths: list[int]) -> bool:
     return len(widths) >= 2 and all(1 <= width <= 65_536 for width in widths)
 
 
+OUTCOMES = frozenset({"reached", "crashed", "timeout"})
+
 Rule = tuple[Callable[[Any], bool], str]
 
 _POSITIVE: Rule = (_positive, "greater than 0")
@@ -249,6 +275,10 @@ RULES: dict[str, Rule] = {
     "test_episodes": (lambda value: 0 <= value <= 200, "from 0 to 200, the size of the stored test set"),
     "episodes": _POSITIVE,
     "validation.every": _NOT_NEGATIVE,
+    "record.every": _NOT_NEGATIVE,
+    "record.keep": _POSITIVE,
+    "record.only": (lambda numbers: all(number >= 1 for number in numbers), "numbers of episodes, counted from 1"),
+    "record.outcomes": (lambda outcomes: set(outcomes) <= OUTCOMES, f"some of {', '.join(sorted(OUTCOMES))}"),
     "validation.episodes": (lambda value: 1 <= value <= 50, "from 1 to 50, the size of the stored validation set"),
     "task.control_timestep": (_multiple_of_physics_step, "from 0.01 to 2 s and a multiple of the physics step, 5 ms"),
     "task.goal_radius": (lambda value: 0.1 <= value <= 2, "from 0.1 to 2 m"),

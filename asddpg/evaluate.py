@@ -16,16 +16,17 @@ from omegaconf import OmegaConf
 
 from asddpg.build import action_bounds, check_device, controller_for, make_agent, make_environment, prepare_torch
 from asddpg.compose import BASELINES, evaluate_config, option_names, train_config
-from asddpg.config import ControllerConfig, EvaluateConfig, TrainConfig
+from asddpg.config import ControllerConfig, EvaluateConfig, RecordEvaluationConfig, TrainConfig
 from asddpg.drivers import FixedDriver, actor_alone, controller_alone, random_actor, with_switch
 from asddpg.errors import UserError
 from asddpg.evaluation import evaluate, table
 from asddpg.observers.progress import EpisodeBar
 from asddpg.program import run
-from asddpg.run_folder import write_json
+from asddpg.recording.recorder import Recorder, Selection, each
+from asddpg.run_folder import config_text, write_json
 from asddpg.streams import stream
-from asddpg.train import hash_of, versions
-from asddpg.trained import open_trained
+from asddpg.train import hash_of, provenance_of, versions, watched
+from asddpg.trained import file_hash, open_trained
 from tasks import ALL_TASKS
 from tasks.fresh_pairs import fresh_pairs, stored_pairs
 from tasks.held_out import Pair
@@ -65,7 +66,8 @@ def _evaluate_run(config: EvaluateConfig, run: str) -> None:
     if not is_other_task and hash_of(environment) != opened.made_with.get("model_hash"):
         print("note: the scene's model is not the one this run was trained on")
     what = f"{opened.title} (step {step}), driver {config.driver}"
-    _drive(config, trained, environment, driver, what, opened.evaluation)
+    checkpoint = {"checkpoint": f"{opened.title}, step {step}", "weights_sha256": file_hash(opened.weights)}
+    _drive(config, trained, environment, driver, what, opened.evaluation, checkpoint)
 
 
 def _evaluate_baseline(config: EvaluateConfig) -> None:
@@ -83,19 +85,34 @@ def _evaluate_baseline(config: EvaluateConfig) -> None:
         driver = controller_alone(controller_for(environment, config.controller))
     else:
         driver = random_actor(*action_bounds(environment), stream(config.seed or 0, "exploration"))
-    _drive(config, defaults, environment, driver, f"{config.agent} on {config.task}", Path("evaluation.json"))
+    what = f"{config.agent} on {config.task}"
+    _drive(config, defaults, environment, driver, what, Path("evaluation.json"), {"checkpoint": "none"})
 
 
 def _drive(
-    config: EvaluateConfig, trained: TrainConfig, environment: gymnasium.Env, driver: FixedDriver, what: str, path: Path
+    config: EvaluateConfig,
+    trained: TrainConfig,
+    environment: gymnasium.Env,
+    driver: FixedDriver,
+    what: str,
+    path: Path,
+    checkpoint: dict[str, str],
 ) -> None:
     pairs, pairs_name = _pairs(config, trained.task.name, trained.task.goal_radius)
     if not os.access(path.parent, os.W_OK):
         raise UserError(f"{path} cannot be written: the folder is not writable")
-    bar = EpisodeBar(len(pairs))
-    figures = evaluate(environment, driver, pairs, trained.task.control_timestep, (bar,))
-    bar.close()
     title = config.agent or config.driver
+    made_with = versions() | {"model_hash": hash_of(environment)}
+    settings = config_text(dataclasses.asdict(trained), made_with)
+    provenance = provenance_of(trained, settings, made_with, driver=title, pairs=pairs_name, **checkpoint)
+    bar = EpisodeBar(len(pairs))
+    folder = path.parent / "evaluated_episodes"
+    recorder = Recorder(folder, watched(environment), provenance, _selection(config.record), bar.say)
+    try:
+        figures = evaluate(environment, driver, pairs, trained.task.control_timestep, (bar, recorder))
+    finally:
+        recorder.close()
+        bar.close()
     print(f"{what}, {trained.task.name}, {pairs_name}\n{table({title: figures})}")
     content: dict[str, Any] = {
         "what": what,
@@ -105,8 +122,15 @@ def _drive(
         **figures.as_dict(),
     }
     content |= {"controller": dataclasses.asdict(config.controller)} if config.agent == "controller" else {}
-    write_json(path, content | versions() | {"model_hash": hash_of(environment)})
+    write_json(path, content | made_with)
     print(f"written to {path}")
+    if recorder.files:
+        print(f"{recorder.files} episodes recorded in {folder}")
+
+
+def _selection(wanted: RecordEvaluationConfig) -> Selection:
+    regularly = each(wanted.every)
+    return Selection(lambda number: regularly(number) or number in wanted.only, wanted.outcomes)
 
 
 def _pairs(config: EvaluateConfig, task_name: str, goal_radius: float) -> tuple[Sequence[Pair], str]:

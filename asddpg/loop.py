@@ -1,10 +1,10 @@
 """The one episode loop: it trains, evaluates and plays."""
 
-import math
 from collections.abc import Sequence
 from typing import Any
 
-from asddpg.types import Agent, Driver, Environment, Episode, Observer, Step
+from asddpg.tally import Tally
+from asddpg.types import Agent, Environment, Episode, Observer, Step
 
 
 def run_episode(
@@ -27,30 +27,21 @@ def run_episode(
     agent.begin_episode()
     for observer in observers:
         observer.begin_episode(observation, info)
-    steps, total_reward, controller_steps, path_length = 0, 0.0, 0, 0.0
+    tally = Tally(info)
     outcome = "cut"
-    while max_steps is None or steps < max_steps:
+    while max_steps is None or tally.steps < max_steps:
         decision = agent.decide(observation)
-        next_observation, reward, terminated, truncated, next_info = environment.step(decision.action)
-        step = Step(observation, decision, reward, next_observation, terminated, truncated, next_info)
+        next_observation, reward, terminated, truncated, info = environment.step(decision.action)
+        step = Step(observation, decision, reward, next_observation, terminated, truncated, info)
         learned = agent.learn(step)
+        tally.add(step)
         for observer in observers:
             observer.step(step, learned)
-        steps += 1
-        total_reward += reward
-        controller_steps += decision.driver is Driver.CONTROLLER
-        path_length += _distance(info, next_info)
-        observation, info = next_observation, next_info
+        observation = next_observation
         if terminated or truncated:
             outcome = info.get("outcome", "ended" if terminated else "timeout")
             break
-    episode = Episode(outcome, steps, total_reward, controller_steps, path_length)
+    episode = tally.episode(outcome)
     for observer in observers:
         observer.end_episode(episode)
     return episode
-
-
-def _distance(before: dict[str, Any], after: dict[str, Any]) -> float:
-    if "pose" not in before:
-        return 0.0
-    return math.dist(before["pose"][:2], after["pose"][:2])

@@ -1,6 +1,7 @@
 """How a program of this package begins and ends."""
 
 import os
+import signal
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -22,6 +23,7 @@ def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
     words = sys.argv[1:]
     if any(word in ("-h", "--help") for word in words):
         main, words = (lambda _: print(usage)), []
+    _end_on_sigterm()
     try:
         main(words)
         sys.stdout.flush()
@@ -40,3 +42,12 @@ def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
     except KeyboardInterrupt:
         print("stopped", file=sys.stderr)
         sys.exit(130)
+
+
+def _end_on_sigterm() -> None:
+    """Let SIGTERM end the program like an error: files in progress are completed, the status is 143."""
+
+    def end(number: int, _: object) -> None:
+        sys.exit(128 + number)
+
+    signal.signal(signal.SIGTERM, end)

@@ -21,10 +21,10 @@ class RunFolder:
     """Paths of a run.
 
     `config.yaml` resolved configuration and what the run was made with · `metrics.csv` a row an episode ·
-    `validation.csv` a row a validation · `timing.csv`, `resources.json` time and memory · `tensorboard/` ·
-    `steps.npz` a row a training step · `checkpoints/{last,best}/agent.pt`, and `checkpoints/step_<n>/agent.pt` at each
-    validation · `test.json` the test that ends the training · `evaluation.json` what asddpg.evaluate found last ·
-    `diagnosis/` what tools.diagnose found.
+    `validation.csv` a row a validation · `episodes/` recordings of the training, `evaluated_episodes/` of evaluations ·
+    `timing.csv`, `resources.json` time and memory · `tensorboard/` · `steps.npz` a row a training step ·
+    `checkpoints/{last,best}/agent.pt`, and `checkpoints/step_<n>/agent.pt` at each validation · `test.json` the test
+    that ends the training · `evaluation.json` what asddpg.evaluate found last · `diagnosis/` what tools.diagnose found.
     """
 
     path: Path
@@ -68,6 +68,11 @@ class RunFolder:
     def evaluation(self) -> Path:
         """Figures of the last evaluation."""
         return self.path / "evaluation.json"
+
+    @property
+    def episodes(self) -> Path:
+        """Folder of the training's recordings."""
+        return self.path / "episodes"
 
     @property
     def resources(self) -> Path:
@@ -131,8 +136,13 @@ def open_run_folder(path: str) -> RunFolder:
 
 def write_config(path: Path, config: dict[str, Any], made_with: dict[str, str]) -> None:
     """Write the resolved configuration, and versions and model hash under `made_with`."""
-    text = yaml.safe_dump({**config, "made_with": made_with}, sort_keys=False, allow_unicode=True)
-    path.write_text(text, encoding="utf-8")
+    path.write_text(config_text(config, made_with), encoding="utf-8")
+
+
+def config_text(config: dict[str, Any], made_with: dict[str, str]) -> str:
+    """What write_config writes."""
+    text: str = yaml.safe_dump({**config, "made_with": made_with}, sort_keys=False, allow_unicode=True)
+    return text
 
 
 def read_training(path: Path) -> tuple[TrainConfig, dict[str, str]]:

@@ -24,9 +24,11 @@ from asddpg.observers.metrics_log import MetricsLog
 from asddpg.observers.progress import ProgressBar
 from asddpg.observers.step_log import StepLog
 from asddpg.program import python, run
-from asddpg.run_folder import RunFolder, new_run_folder, write_config, write_json
+from asddpg.recording.recorder import Provenance, Recorder, Selection, each
+from asddpg.run_folder import RunFolder, config_text, new_run_folder, write_json
 from asddpg.streams import stream
 from tasks.fresh_pairs import stored_pairs
+from tasks.gymnasium_adapter import NavigationEnv
 from tasks.scenes import model_hash
 
 PACKAGES = ("asddpg", "mujoco", "dm-control", "torch", "numpy", "gymnasium")
@@ -42,11 +44,12 @@ def main(words: Sequence[str]) -> None:
     agent = make_agent(config, environment)
     made_with = versions() | {"model_hash": hash_of(environment)}
     folder.create()
-    write_config(folder.config, dataclasses.asdict(config), made_with)
+    settings = config_text(dataclasses.asdict(config), made_with)
+    folder.config.write_text(settings, encoding="utf-8")
     print(f"training {config.agent.name} on {config.task.name}, {config.total_steps} steps, in {folder.path}")
     begun = time.perf_counter()
     try:
-        Training(config, folder, environment, agent).run()
+        Training(config, folder, environment, agent, provenance_of(config, settings, made_with)).run()
     except KeyboardInterrupt:
         print(f"the run so far, with its last checkpoint, lies in {folder.path}", file=sys.stderr)
         raise
@@ -65,8 +68,16 @@ def main(words: Sequence[str]) -> None:
 class Training:
     """Episodes until the steps are used up, validation and snapshot now and then, checkpoints `last` and `best`."""
 
-    def __init__(self, config: TrainConfig, folder: RunFolder, environment: gymnasium.Env, agent: AsDDPG) -> None:
+    def __init__(
+        self,
+        config: TrainConfig,
+        folder: RunFolder,
+        environment: gymnasium.Env,
+        agent: AsDDPG,
+        provenance: Provenance,
+    ) -> None:
         self._config, self._folder = config, folder
+        self._provenance = provenance
         self._environment, self._agent = environment, agent
         # A second one: validating must not disturb the episode in progress or the stream of its goals.
         self._validation_environment = make_environment(config.task, config.reward)
@@ -82,17 +93,20 @@ class Training:
         log = MetricsLog(self._folder.metrics, self._folder.timing, self._tensorboard)
         step_log = StepLog(self._folder.steps)
         self._bar = ProgressBar(config.total_steps)
+        recorder = self._recorder()
+        observers = (log, step_log, self._bar, recorder)
         steps, validated = 0, 0
         try:
             while steps < config.total_steps:
                 rest = config.total_steps - steps
-                episode = run_episode(self._environment, self._agent, (log, step_log, self._bar), max_steps=rest)
+                episode = run_episode(self._environment, self._agent, observers, max_steps=rest)
                 steps += episode.steps
                 every = config.validation.every
                 if every and steps // every > validated:
                     validated = steps // every
                     self._validate(steps)
         finally:
+            recorder.close()
             self._bar.close()
             log.close()
             self._tensorboard.close()
@@ -101,6 +115,12 @@ class Training:
             step_log.close()
         if not self._folder.checkpoint("best").exists():
             checkpoint.save(self._folder.checkpoint("best"), self._agent, steps)
+
+    def _recorder(self) -> Recorder:
+        wanted = self._config.record
+        selection = Selection(each(wanted.every), keep=wanted.keep)
+        environment = watched(self._environment)
+        return Recorder(self._folder.episodes, environment, self._provenance, selection, self._bar.say)
 
     def _validate(self, steps: int) -> None:
         config = self._config
@@ -146,6 +166,19 @@ def test(config: TrainConfig, folder: RunFolder, environment: gymnasium.Env, age
 def versions() -> dict[str, str]:
     """Versions of what makes a result."""
     return {"python": platform.python_version(), **{name: metadata.version(name) for name in PACKAGES}}
+
+
+def provenance_of(config: TrainConfig, settings: str, made_with: dict[str, str], **more: str) -> Provenance:
+    """What a recording made with a configuration, as YAML, is of."""
+    facts = {"task": config.task.name, "agent": config.agent.name, "seed": str(config.seed)}
+    return Provenance(settings, {**facts, **more, **made_with})
+
+
+def watched(environment: gymnasium.Env) -> NavigationEnv:
+    """The environment below its wrappers, for observers to read."""
+    inner = environment.unwrapped
+    assert isinstance(inner, NavigationEnv)
+    return inner
 
 
 def hash_of(environment: gymnasium.Env) -> str:

@@ -1,5 +1,6 @@
 """What was trained and is to be driven: a run's folder or a pretrained policy, both opened by `run=`."""
 
+import hashlib
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,6 +25,7 @@ class Trained:
         config: the configuration of the training.
         made_with: versions, and the hash of the scene.
         evaluation: where figures of it are written.
+        weights: the file with the weights.
         load_into: gives an agent of that configuration the trained weights; returns the training step they are of.
     """
 
@@ -31,6 +33,7 @@ class Trained:
     config: TrainConfig
     made_with: dict[str, str]
     evaluation: Path
+    weights: Path
     load_into: Callable[[AsDDPG], int]
 
 
@@ -53,7 +56,7 @@ def open_trained(run: str, checkpoint: str = "last") -> Trained:
     def load_into(agent: AsDDPG) -> int:
         return checkpoint_file.load(weights, agent)
 
-    return Trained(f"{run}, {checkpoint} checkpoint", config, made_with, folder.evaluation, load_into)
+    return Trained(f"{run}, {checkpoint} checkpoint", config, made_with, folder.evaluation, weights, load_into)
 
 
 def _open_pretrained(run: str, checkpoint: str) -> Trained:
@@ -66,4 +69,10 @@ def _open_pretrained(run: str, checkpoint: str) -> Trained:
         return policy_file.load_into(folder.weights, agent.networks)
 
     # Into the present folder, as a baseline's: the package is not the user's to write into.
-    return Trained(run, config, made_with, Path("evaluation.json"), load_into)
+    return Trained(run, config, made_with, Path("evaluation.json"), folder.weights, load_into)
+
+
+def file_hash(path: Path) -> str:
+    """SHA-256 of a file, 16 hex digits: names the weights that drove."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()[:16]

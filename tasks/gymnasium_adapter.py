@@ -23,7 +23,8 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
     `gymnasium.make` puts `PhysicalActions` around it, whose Box is in m/s and rad/s.
 
     `info` holds at every step `pose` (x, y, yaw; m, rad), `distance` to the goal (m), `reward_terms` by name,
-    `dense_reward` (what γ_p may scale), `pushed` (movable things touched in the step), and at the end `outcome`.
+    `dense_reward` (what γ_p may scale), `pushed` (movable things touched in the step), at the end `outcome`, and at the
+    beginning `start` (x, y, yaw) and `goal` (x, y), with which `reset` begins the same episode again.
     """
 
     metadata = {  # noqa: RUF012
@@ -106,7 +107,10 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
             self._take_options(options)
         time_step = self._env.reset()
         self._begun = True
-        return self._stack.reset(time_step.observation), self._info()
+        return self._stack.reset(time_step.observation), self._info() | self._pair()
+
+    def _pair(self) -> dict[str, Any]:
+        return {"start": self._task.start, "goal": self._physics.goal()}
 
     def _take_options(self, options: dict[str, Any]) -> None:
         try:

@@ -88,6 +88,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         self._held_out = held_out
         self._rule = rule
         self._next_pair: tuple[Pose, tuple[float, float]] | None = None
+        self.start = Pose(0.0, 0.0, 0.0)  # of the episode, as it was set: the pose read back differs in the last bit
         self._reset_episode(np.inf)
 
     def _reset_episode(self, distance: float) -> None:
@@ -104,9 +105,9 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
 
     def initialize_episode(self, physics: Physics) -> None:
         """Put robot and goal in their places."""
-        start, goal = self._next_pair or self._rule.draw(self.rng, self._held_out)
+        self.start, goal = self._next_pair or self._rule.draw(self.rng, self._held_out)
         self._next_pair = None
-        physics.set_pose(start)
+        physics.set_pose(self.start)
         physics.set_goal(*goal)
         self.laser.begin_episode(physics)
         self._reset_episode(physics.goal_distance())

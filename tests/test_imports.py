@@ -26,7 +26,7 @@ CORE = (
     "drivers",
     "streams",
 )
-LOOP = ("loop", "evaluation", "intervals")
+LOOP = ("loop", "tally", "evaluation", "intervals")
 ROOTS = (
     "train",
     "evaluate",
@@ -56,6 +56,14 @@ FORBIDDEN = {
         {"torch", "tasks", "mujoco", "dm_control", "hydra", "omegaconf", "tools", "tests"},
     ),
     "observers": (["asddpg/observers/*.py"], {"torch", "hydra", "omegaconf", "mujoco", "tools", "tests"}),
+    "recording": (
+        ["asddpg/recording/*.py"],
+        {"torch", "hydra", "omegaconf", "mujoco", "dm_control", "gymnasium", "tools", "tests"},
+    ),
+    "foxglove and mcap in the recording alone": (
+        [f"asddpg/{name}.py" for name in (*CORE, *LOOP, *ROOTS)],
+        {"foxglove", "mcap", "mcap_protobuf"},
+    ),
     "safetensors in the policy's file alone": (
         [f"asddpg/{name}.py" for name in (*CORE, *LOOP, *ROOTS) if name != "policy_file"],
         {"safetensors"},

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from asddpg.compose import train_config
 from asddpg.config import TrainConfig
-from tools.run_store import Settings, StoredRun, find
+from tools.run_store import Settings, StoredRun, find, with_effect
 
 # Validations in every run, however long it is, so that figures over the last five of them mean the same.
 VALIDATIONS = 20
@@ -43,10 +43,8 @@ class Run:
 
 
 def settings_of(words: Sequence[str]) -> Settings:
-    """Every option with its value, but for where the run is kept; UserError where a word is wrong."""
-    values = dataclasses.asdict(_composed(tuple(words)))
-    del values["run_dir"]
-    return values
+    """Every option that bears on the learning, with its value; UserError where a word is wrong."""
+    return with_effect(dataclasses.asdict(_composed(tuple(words))))
 
 
 @functools.cache

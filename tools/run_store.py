@@ -14,6 +14,8 @@ from asddpg.run_folder import RunFolder, read_config
 
 Settings = dict[str, Any]
 SHOWN_DIFFERENCES = 3
+# What changes nothing that is learned: where a run lies, and which of its episodes are recorded.
+WITHOUT_EFFECT = ("run_dir", "record")
 
 
 @dataclass(frozen=True)
@@ -93,5 +95,9 @@ def _read(run: RunFolder) -> tuple[Settings, dict[str, str]] | None:
         settings, made_with = read_config(run.config)
     except (UserError, OSError):
         return None
-    settings.pop("run_dir", None)
-    return settings, made_with
+    return with_effect(settings), made_with
+
+
+def with_effect(settings: Settings) -> Settings:
+    """The options that bear on what is learned."""
+    return {name: value for name, value in settings.items() if name not in WITHOUT_EFFECT}

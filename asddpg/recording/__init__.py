@@ -1,0 +1,1 @@
+"""Recordings and the live view: what watches episodes and tells Foxglove."""

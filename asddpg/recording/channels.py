@@ -1,0 +1,48 @@
+"""A recording's channels: one set a process, from which files and the live view take their messages."""
+
+from typing import Any
+
+import foxglove
+from foxglove.channels import (
+    CompressedImageChannel,
+    CompressedVideoChannel,
+    LaserScanChannel,
+    LogChannel,
+    OdometryChannel,
+    PoseInFrameChannel,
+    SceneUpdateChannel,
+)
+from foxglove.messages import FrameTransforms
+
+from asddpg.recording import topics
+
+
+class Channels:
+    """A context with a channel for each topic; whatever is open on the context gets what is logged."""
+
+    def __init__(self, cameras: tuple[str, ...] = (), video: bool = False) -> None:
+        """Make the channels.
+
+        Args:
+            cameras: names of those whose pictures are shown.
+            video: whether they come as H.264 and not as JPEG.
+        """
+        self.context = foxglove.Context()
+        context = self.context
+        self.tf = foxglove.Channel(
+            topics.TF, schema=FrameTransforms.get_schema(), message_encoding="protobuf", context=context
+        ).base
+        self.scan = LaserScanChannel(topics.SCAN, context=context)
+        self.scene = SceneUpdateChannel(topics.SCENE, context=context)
+        self.path = SceneUpdateChannel(topics.PATH, context=context)
+        self.goal = PoseInFrameChannel(topics.GOAL, context=context)
+        self.odom = OdometryChannel(topics.ODOM, context=context)
+        self.log = LogChannel(topics.LOG, context=context)
+        self.cmd_vel = self._json(topics.CMD_VEL, topics.CMD_VEL_SCHEMA)
+        self.step = self._json(topics.STEP, topics.STEP_SCHEMA)
+        self.outcome = self._json(topics.OUTCOME, topics.OUTCOME_SCHEMA)
+        kind: Any = CompressedVideoChannel if video else CompressedImageChannel
+        self.cameras = {name: kind(f"{topics.CAMERA}{name}", context=context) for name in cameras}
+
+    def _json(self, topic: str, schema: topics.Schema) -> foxglove.Channel:
+        return foxglove.Channel(topic, schema=schema, message_encoding="json", context=self.context)

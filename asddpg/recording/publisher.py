@@ -1,0 +1,93 @@
+"""Tells episodes on the channels of a recording."""
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from foxglove.messages import Log, LogLevel
+
+from asddpg.recording.channels import Channels
+from asddpg.recording.moments import Moment, MomentReader, Watched
+from asddpg.recording.robot_messages import goal_pose, kept_ranges, laser_scan, odometry, on_grid, timestamp
+from asddpg.recording.scene_messages import PathUpdate, scene_update
+from asddpg.recording.step_message import cmd_vel_json, outcome_json, step_json
+from asddpg.recording.transform_bytes import TransformBytes
+from asddpg.types import Episode
+from tasks.scene_parts import scene_parts
+
+STEPS_BETWEEN_PATHS = 10  # the path so far is told anew each time, whole
+
+
+class Publisher:
+    """One environment's episodes, one after the other."""
+
+    def __init__(self, channels: Channels, environment: Watched, reader: MomentReader) -> None:
+        """Tell of an environment what a reader reads in it."""
+        self._channels = channels
+        num_scans, self._num_beams = environment.scan_shape
+        self._velocity = slice(num_scans * self._num_beams, num_scans * self._num_beams + 2)
+        self._frames = reader.frames
+        self._transforms = TransformBytes(reader.frames.frames)
+        self._base = [frame.name for frame in reader.frames.frames].index("base")
+        self._scene = scene_update(scene_parts(environment.physics.model.ptr))
+        self._path = PathUpdate()
+        self._goal = (0.0, 0.0)
+        self._time = 0
+        self.begins_at = 0  # ns, added to the times of an episode
+
+    def begin(self, moment: Moment) -> None:
+        """The room, the goal, and how things stand."""
+        channels = self._channels
+        self._time = time = self.begins_at + moment.time
+        channels.scene.log(self._scene, log_time=time)
+        channels.outcome.base.log(outcome_json(None), time)
+        self._tell_goal(moment.goal)
+        ((x, y, *_),) = self._tell_states([moment])
+        self._path.begin((x, y))
+        channels.path.log(self._path.message(), log_time=time)
+        self.say(f"from ({x:.2f}, {y:.2f}) to the goal ({self._goal[0]:.2f}, {self._goal[1]:.2f})")
+
+    def steps(self, moments: Sequence[Moment]) -> None:
+        """Steps, and how things stand after each; several at once take half the time."""
+        channels = self._channels
+        for moment, (x, y, *_) in zip(moments, self._tell_states(moments), strict=True):
+            assert moment.step is not None
+            self._time = time = self.begins_at + moment.time
+            channels.step.base.log(step_json(moment), time)
+            channels.cmd_vel.base.log(cmd_vel_json(moment), time)
+            if moment.goal != self._goal:
+                self._tell_goal(moment.goal)
+            self._path.extend(moment.step.decision.driver.value, (x, y))
+            if moment.number % STEPS_BETWEEN_PATHS == 0:
+                channels.path.log(self._path.message(), log_time=time)
+
+    def end(self, episode: Episode) -> None:
+        """How it ended."""
+        self._channels.path.log(self._path.message(), log_time=self._time)
+        self._channels.outcome.base.log(outcome_json(episode), self._time)
+        self.say(f"{episode.outcome} after {episode.steps} steps, {episode.path_length:.1f} m driven")
+
+    def say(self, text: str, level: LogLevel = LogLevel.Info) -> None:
+        """A line of the log."""
+        message = Log(timestamp=timestamp(self._time), level=level, message=text, name="asddpg")
+        self._channels.log.log(message, log_time=self._time)
+
+    def _tell_states(self, moments: Sequence[Moment]) -> Iterator[list[float]]:
+        """Where everything is and what is seen, a moment at a time; yields where the base is, metres and quaternion."""
+        channels = self._channels
+        times = [self.begins_at + moment.time for moment in moments]
+        places = on_grid(self._frames.relative(np.stack([moment.bodies for moment in moments])))
+        observations = np.stack([moment.observation for moment in moments])
+        ranges = kept_ranges(observations, self._num_beams).tolist()
+        velocities = on_grid(observations[:, self._velocity]).tolist()
+        bases: list[list[float]] = places[:, self._base].tolist()
+        for time, transforms, scan, base, velocity in zip(
+            times, self._transforms.messages(places, times), ranges, bases, velocities, strict=True
+        ):
+            channels.tf.log(transforms, time)
+            channels.scan.log(laser_scan(scan, time), log_time=time)
+            channels.odom.log(odometry(base, velocity, time), log_time=time)
+            yield base
+
+    def _tell_goal(self, goal: tuple[float, float]) -> None:
+        self._goal = goal
+        self._channels.goal.log(goal_pose(goal, self._time), log_time=self._time)

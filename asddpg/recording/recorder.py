@@ -1,0 +1,158 @@
+"""Records chosen episodes, a file each."""
+
+import json
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, SupportsFloat
+
+from asddpg.recording.channels import Channels
+from asddpg.recording.mcap_file import RecordingFile
+from asddpg.recording.moments import Moment, MomentReader, Watched
+from asddpg.recording.publisher import Publisher
+from asddpg.tally import Tally
+from asddpg.types import Episode, Observation, Step
+
+BATCH_STEPS = 10  # told and brought to the disk at once; a killed process loses no more
+
+
+@dataclass(frozen=True)
+class Provenance:
+    """What a recording is of.
+
+    Attributes:
+        config: the resolved configuration, YAML.
+        facts: task, seed, versions, hash of the scene, which checkpoint drove: by name, as text.
+    """
+
+    config: str
+    facts: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Which episodes are recorded, and what is kept of them.
+
+    Attributes:
+        chosen: whether the episode of a number, counted from 1, is recorded.
+        outcomes: outcomes that are kept; none given, all.
+        keep: files in the folder at most; the oldest go.
+    """
+
+    chosen: Callable[[int], bool]
+    outcomes: Collection[str] = ()
+    keep: int | None = None
+
+
+def each(every: int) -> Callable[[int], bool]:
+    """The first of every so many episodes; 0 for none."""
+    return lambda number: every > 0 and (number - 1) % every == 0
+
+
+class Recorder:
+    """Watches an environment's episodes; what goes wrong in recording stops nobody."""
+
+    def __init__(
+        self,
+        folder: Path,
+        environment: Watched,
+        provenance: Provenance,
+        selection: Selection,
+        say: Callable[[str], None],
+        first_step: int = 0,
+    ) -> None:
+        """Record into a folder.
+
+        Args:
+            folder: where the files go; made with the first one.
+            environment: what is watched.
+            provenance: what is recorded, for each file.
+            selection: which episodes.
+            say: told once if recording fails.
+            first_step: training steps that were made before.
+        """
+        self._folder, self._provenance, self._selection, self._say = folder, provenance, selection, say
+        self._channels = Channels()
+        self._reader = MomentReader(environment)
+        self._publisher = Publisher(self._channels, environment, self._reader)
+        self._file: RecordingFile | None = None
+        self._waiting: list[Moment] = []
+        self._steps, self._episodes = first_step, 0
+        self._has_failed = False
+        self.files = 0  # completed and kept
+
+    def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
+        """Open a file, if this episode is chosen."""
+        self._episodes += 1
+        if self._selection.chosen(self._episodes):
+            self._try(lambda: self._open(observation, info))
+
+    def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
+        """Keep what there is to tell, and tell it when there is enough."""
+        self._steps += 1
+        if self._file is not None:
+            self._waiting.append(self._reader.step(step))
+            self._tally.add(step)
+            if len(self._waiting) == BATCH_STEPS:
+                self._try(self._tell)
+
+    def end_episode(self, episode: Episode) -> None:
+        """Complete the file."""
+        if self._file is not None:
+            self._try(lambda: self._finish(episode))
+
+    def close(self) -> None:
+        """Complete the file of an episode that was broken off."""
+        if self._file is not None:
+            self.end_episode(self._tally.episode("cut"))
+
+    # Files --------------------------------------------------------------------------------------------------------
+
+    def _open(self, observation: Observation, info: Mapping[str, Any]) -> None:
+        self._tally, self._waiting = Tally(info), []
+        file = RecordingFile(self._folder, f"{self._steps:08d}_{self._episodes:05d}", self._channels.context)
+        self._file = file
+        facts = {"step": str(self._steps), "episode": str(self._episodes)}
+        # Exactly: JSON gives a double back to the last bit.
+        facts |= {name: json.dumps(info[name]) for name in ("start", "goal")}
+        file.describe({**self._provenance.facts, **facts}, self._provenance.config)
+        self._publisher.begin(self._reader.begin(observation))
+        file.flush()
+
+    def _tell(self) -> None:
+        assert self._file is not None
+        waiting, self._waiting = self._waiting, []
+        if waiting:
+            self._publisher.steps(waiting)
+        self._file.flush()
+
+    def _finish(self, episode: Episode) -> None:
+        assert self._file is not None
+        self._tell()
+        self._publisher.end(episode)
+        file, self._file = self._file, None
+        if self._selection.outcomes and episode.outcome not in self._selection.outcomes:
+            file.drop()
+            return
+        file.finish(episode.outcome)
+        self.files += 1
+        self._thin_out()
+
+    def _thin_out(self) -> None:
+        keep = self._selection.keep
+        if keep is not None:
+            for old in sorted(self._folder.glob("*.mcap"))[:-keep]:
+                old.unlink(missing_ok=True)
+
+    def _try(self, act: Callable[[], None]) -> None:
+        try:
+            act()
+        except OSError as error:
+            if self._file is not None:
+                self._file.drop()  # what it holds would take the room that a checkpoint needs
+                self._file = None
+            if not self._has_failed:
+                self._say(
+                    f"episode {self._episodes} is not recorded: {self._folder}: {error.strerror}; going on without"
+                )
+            self._has_failed = True

@@ -1,0 +1,137 @@
+"""Foxglove's SceneUpdate of a scene, and of the path that was driven."""
+
+from collections import defaultdict
+from collections.abc import Mapping, Sequence
+
+from foxglove.messages import (
+    Color,
+    CubePrimitive,
+    CylinderPrimitive,
+    LinePrimitive,
+    LinePrimitiveLineType,
+    Point3,
+    Pose,
+    Quaternion,
+    SceneEntity,
+    SceneUpdate,
+    SpherePrimitive,
+    TriangleListPrimitive,
+    Vector3,
+)
+
+from tasks.scene_parts import WORLD, Part, Shape
+
+PATH_WIDTH = 0.03  # m
+PATH_HEIGHT = 0.02  # m above the floor
+_GRID = 512.0  # steps in a metre
+_NOWHERE_ELSE = Pose(position=Vector3(), orientation=Quaternion(w=1.0))
+
+DRIVER_COLOURS: Mapping[str, tuple[float, float, float]] = {
+    "policy": (0.12, 0.47, 0.71),
+    "controller": (1.0, 0.50, 0.05),
+    "random": (0.5, 0.5, 0.5),
+}
+OTHER_COLOUR = (0.5, 0.5, 0.5)
+
+
+def scene_update(parts: Sequence[Part]) -> SceneUpdate:
+    """All parts in one message, an entity for each body, fixed to its frame: only /tf moves them."""
+    by_body: dict[tuple[str, str], list[Part]] = defaultdict(list)
+    for part in parts:
+        by_body[part.owner, part.frame].append(part)
+    return SceneUpdate(entities=[_entity(owner, frame, own) for (owner, frame), own in by_body.items()])
+
+
+def _entity(owner: str, frame: str, parts: Sequence[Part]) -> SceneEntity:
+    return SceneEntity(
+        id=owner,
+        frame_id=frame,
+        frame_locked=True,
+        cubes=[
+            CubePrimitive(pose=_pose(part), size=_size(part), color=_colour(part))
+            for part in parts
+            if part.shape is Shape.BOX
+        ],
+        spheres=[
+            SpherePrimitive(pose=_pose(part), size=_size(part), color=_colour(part))
+            for part in parts
+            if part.shape is Shape.ELLIPSOID
+        ],
+        cylinders=[
+            # Scales of 0, their default, would make it a point.
+            CylinderPrimitive(pose=_pose(part), size=_size(part), color=_colour(part), bottom_scale=1.0, top_scale=1.0)
+            for part in parts
+            if part.shape is Shape.CYLINDER
+        ],
+        triangles=[_triangles(part) for part in parts if part.shape is Shape.MESH],
+    )
+
+
+def _pose(part: Part) -> Pose:
+    x, y, z = part.position.tolist()
+    w, i, j, k = part.quaternion.tolist()
+    return Pose(position=Vector3(x=x, y=y, z=z), orientation=Quaternion(x=i, y=j, z=k, w=w))
+
+
+def _size(part: Part) -> Vector3:
+    x, y, z = part.size.tolist()
+    return Vector3(x=x, y=y, z=z)
+
+
+def _colour(part: Part) -> Color:
+    r, g, b, a = part.rgba.tolist()
+    return Color(r=r, g=g, b=b, a=a)
+
+
+def _triangles(part: Part) -> TriangleListPrimitive:
+    assert part.vertices is not None
+    assert part.faces is not None
+    points = [Point3(x=x, y=y, z=z) for x, y, z in part.vertices.tolist()]
+    return TriangleListPrimitive(
+        pose=_pose(part), points=points, indices=part.faces.ravel().tolist(), color=_colour(part)
+    )
+
+
+class PathUpdate:
+    """The path driven so far as one entity, a line for each stretch with one driver, in that driver's colour.
+
+    A stretch begins where the last one ended, so that the line has no gaps.
+    """
+
+    def __init__(self) -> None:
+        self._finished: list[LinePrimitive] = []
+        self._driver, self._points = "", [Point3()]
+
+    def begin(self, place: tuple[float, float]) -> None:
+        """A new path from a place, (x, y) in metres."""
+        self._finished = []
+        self._driver, self._points = "", [_point(place)]
+
+    def extend(self, driver: str, place: tuple[float, float]) -> None:
+        """Somebody drove on to a place."""
+        if driver != self._driver:
+            if len(self._points) > 1:
+                self._finished.append(_line(self._driver, self._points))
+            self._driver, self._points = driver, self._points[-1:]
+        self._points.append(_point(place))
+
+    def message(self) -> SceneUpdate:
+        """The whole of it."""
+        lines = [*self._finished, _line(self._driver, self._points)]
+        return SceneUpdate(entities=[SceneEntity(id="path", frame_id=WORLD, lines=lines)])
+
+
+def _point(place: tuple[float, float]) -> Point3:
+    x, y = place
+    return Point3(x=round(x * _GRID) / _GRID, y=round(y * _GRID) / _GRID, z=PATH_HEIGHT)
+
+
+def _line(driver: str, points: list[Point3]) -> LinePrimitive:
+    r, g, b = DRIVER_COLOURS.get(driver, OTHER_COLOUR)
+    return LinePrimitive(
+        type=LinePrimitiveLineType.LineStrip,
+        pose=_NOWHERE_ELSE,
+        thickness=PATH_WIDTH,
+        points=points,
+        color=Color(r=r, g=g, b=b, a=1.0),
+    )

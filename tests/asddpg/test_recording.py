@@ -1,0 +1,448 @@
+"""What a recording holds, and that making one disturbs nobody."""
+
+import json
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import gymnasium
+import numpy as np
+import pytest
+import yaml
+
+from asddpg import evaluate, train
+from asddpg.build import controller_for, make_environment
+from asddpg.compose import train_config
+from asddpg.drivers import FixedDriver, controller_alone
+from asddpg.errors import UserError
+from asddpg.loop import run_episode
+from asddpg.recording.reading import Recording, open_recording
+from asddpg.recording.recorder import BATCH_STEPS, Provenance, Recorder, Selection, each
+from asddpg.recording.transform_bytes import TransformBytes
+from asddpg.train import watched
+from asddpg.types import Decision, Driver, Observation, Step
+from tasks.body_frames import BodyFrames, Frame
+from tasks.scene_parts import Shape, scene_parts
+from tasks.state_digest import state_digest
+from tests.conftest import TINY
+
+PROVENANCE = Provenance("seed: 1\n", {"task": "nav_complex"})
+Say = Callable[[str], None]
+
+
+def environment_of(task: str = "nav_complex") -> gymnasium.Env:
+    config = train_config([f"task={task}"])
+    environment = make_environment(config.task, config.reward)
+    environment.reset(seed=101)
+    return environment
+
+
+def controller_of(environment: gymnasium.Env) -> FixedDriver:
+    return controller_alone(controller_for(environment, train_config([]).controller))
+
+
+def recorder_for(
+    folder: Path, environment: gymnasium.Env, selection: Selection | None = None, say: Say = print
+) -> Recorder:
+    return Recorder(folder, watched(environment), PROVENANCE, selection or Selection(each(1)), say)
+
+
+def recorded(folder: Path, task: str = "nav_complex", episodes: int = 1) -> list[Path]:
+    environment = environment_of(task)
+    recorder = recorder_for(folder, environment)
+    for _ in range(episodes):
+        run_episode(environment, controller_of(environment), (recorder,))
+    return sorted(folder.iterdir())
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Recording:
+    (path,) = recorded(tmp_path_factory.mktemp("recorded"), "nav_gazebo")
+    return open_recording(path)
+
+
+# What it holds ----------------------------------------------------------------------------------------------------
+
+
+def test_every_topic_is_there_and_steps_are_counted(recording: Recording) -> None:
+    counts = Counter(message.topic for message in recording.messages())
+    steps = recording.outcome()["steps"]
+    assert steps > 5
+    assert counts["/step"] == counts["/cmd_vel"] == steps
+    assert counts["/tf"] == counts["/scan"] == counts["/odom"] == steps + 1
+    assert counts["/scene"] == counts["/goal"] == 1
+    assert counts["/outcome"] == 2
+    assert counts["/log"] >= 2
+    assert counts["/path"] > steps / 10
+
+
+def test_times_are_simulated_and_in_order(recording: Recording) -> None:
+    times = [message.time for message in recording.messages("/tf")]
+    assert times == [200_000_000 * number for number in range(len(times))]
+    everything = [message.time for message in recording.messages()]
+    assert everything == sorted(everything)
+
+
+def test_the_robot_is_where_the_physics_had_it(tmp_path: Path) -> None:
+    environment = environment_of()
+    recorder = recorder_for(tmp_path, environment)
+    poses, scans = [], []
+
+    class Watching:
+        def begin_episode(self, observation: Observation, info: Any) -> None:
+            self._note(observation, info)
+
+        def step(self, step: Step, learned: Any) -> None:
+            self._note(step.next_observation, step.info)
+
+        def end_episode(self, episode: Any) -> None:
+            pass
+
+        def _note(self, observation: Observation, info: Any) -> None:
+            poses.append(info["pose"])
+            scans.append(watched(environment).physics.ranges())
+
+    run_episode(environment, controller_of(environment), (recorder, Watching()))
+    recording = open_recording(next(tmp_path.iterdir()))
+    for message, (x, y, yaw) in zip(recording.messages("/odom"), poses, strict=True):
+        pose = message.content.pose
+        assert (pose.position.x, pose.position.y) == pytest.approx((x, y), abs=2e-4)
+        assert 2 * np.arctan2(pose.orientation.z, pose.orientation.w) == pytest.approx(yaw, abs=1e-3)
+    for message, ranges in zip(recording.messages("/scan"), scans, strict=True):
+        assert list(message.content.ranges) == pytest.approx(ranges.tolist(), abs=1.1e-3)
+        assert message.content.frame_id == "laser"
+        assert message.content.end_angle - message.content.start_angle == pytest.approx(np.radians(240))
+
+
+def test_frames_hang_together(recording: Recording) -> None:
+    for message in recording.messages("/tf"):
+        parents = {each.child_frame_id: each.parent_frame_id for each in message.content.transforms}
+        assert parents["laser"] == parents["left_wheel"] == parents["right_wheel"] == "base"
+        assert parents["base"] == parents["keg"] == "world"
+        assert parents["caster"] == "caster_swivel"
+        assert set(parents.values()) <= {"world", *parents}
+
+
+def test_the_scene_shows_room_robot_goal_and_movables_in_known_frames(recording: Recording) -> None:
+    (scene,) = recording.messages("/scene")
+    frames = {entity.id: entity.frame_id for entity in scene.content.entities}
+    assert frames["base"] == "base"
+    assert frames["goal"] == "goal"
+    assert frames["keg"] == "keg"
+    assert frames["world"] == "world"
+    assert sum(len(entity.cubes) for entity in scene.content.entities) > 50
+    assert all(entity.frame_locked for entity in scene.content.entities)
+    shapes = [shape for entity in scene.content.entities for shape in entity.cylinders]
+    assert all(shape.top_scale == shape.bottom_scale == 1 for shape in shapes)
+
+
+def test_a_step_tells_what_was_weighed_and_earned(tmp_path: Path) -> None:
+    environment = environment_of()
+    third = np.float32(1 / 3)
+    action = np.array([third, -third], dtype=np.float32)
+    decision = Decision(
+        action, Driver.POLICY, action, action, noise=action, q_policy=0.25, q_controller=float("nan"), value=1.5
+    )
+    recorder = recorder_for(tmp_path, environment)
+    run_episode(environment, FixedDriver(lambda _: decision), (recorder,), max_steps=3)
+    steps = open_recording(next(tmp_path.iterdir())).steps()
+    assert [step["step"] for step in steps] == [0, 1, 2]
+    first = steps[0]
+    assert np.float32(first["action"]["v"]) == third
+    assert first["driver"] == "policy"
+    assert (first["q_policy"], first["q_controller"], first["value"]) == (0.25, None, 1.5)
+    assert first["noise"]["omega"] == pytest.approx(-1 / 3, abs=1e-5)
+    assert sum(first["terms"].values()) == pytest.approx(first["reward"])
+
+
+def test_the_path_has_the_colours_of_who_drove(tmp_path: Path) -> None:
+    environment = environment_of()
+    drivers = iter([Driver.POLICY, Driver.POLICY, Driver.CONTROLLER])
+    action = np.array([0.2, 0.0], dtype=np.float32)
+    driver = FixedDriver(lambda _: Decision(action, next(drivers)))
+    run_episode(environment, driver, (recorder_for(tmp_path, environment),), max_steps=3)
+    *_, path = open_recording(next(tmp_path.iterdir())).messages("/path")
+    (entity,) = path.content.entities
+    assert [len(line.points) for line in entity.lines] == [3, 2]
+    assert entity.lines[0].points[-1] == entity.lines[1].points[0]
+    assert entity.lines[0].color != entity.lines[1].color
+
+
+def test_configuration_and_what_it_was_made_with_travel_along(tmp_path: Path) -> None:
+    train.main(["task=nav_simple", *TINY, "total_steps=60", "record.every=1", f"run_dir={tmp_path / 'run'}"])
+    for path in sorted((tmp_path / "run" / "episodes").iterdir()):
+        recording = open_recording(path)
+        assert yaml.safe_load(recording.config) == yaml.safe_load((tmp_path / "run" / "config.yaml").read_text())
+        assert {"mujoco", "model_hash", "seed", "task", "episode", "step"} <= set(recording.facts)
+
+
+# Once more -----------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("task", ["nav_complex", "nav_gazebo"])
+def test_the_recorded_actions_give_the_same_states_to_the_last_bit(tmp_path: Path, task: str) -> None:
+    for path in recorded(tmp_path, task, episodes=2):
+        recording = open_recording(path)
+        environment = environment_of(task)
+        environment.reset(options={"start": recording.start, "goal": recording.goal})
+        for step in recording.steps():
+            environment.step(np.array([step["action"]["v"], step["action"]["omega"]], dtype=np.float32))
+            assert state_digest(watched(environment).physics.data.ptr) == step["digest"]
+
+
+def test_recording_changes_nothing_that_is_learned(tmp_path: Path) -> None:
+    words = ["task=nav_complex", *TINY, "agent.learning_starts=50"]
+    train.main([*words, "record.every=1", f"run_dir={tmp_path / 'with'}"])
+    train.main([*words, "record.every=0", f"run_dir={tmp_path / 'without'}"])
+    assert not (tmp_path / "without" / "episodes").exists()
+    for name in ("metrics.csv", "validation.csv"):
+        assert (tmp_path / "with" / name).read_bytes() == (tmp_path / "without" / name).read_bytes()
+
+
+# Which, and how many ----------------------------------------------------------------------------------------------
+
+
+def test_every_so_many_episodes_are_recorded_and_the_oldest_go(tmp_path: Path) -> None:
+    environment = environment_of()
+    recorder = recorder_for(tmp_path, environment, Selection(each(2), keep=2))
+    for _ in range(7):
+        run_episode(environment, controller_of(environment), (recorder,))
+    assert [path.name.split("_")[1] for path in sorted(tmp_path.iterdir())] == ["00005", "00007"]
+
+
+def test_only_wanted_outcomes_stay(tmp_path: Path) -> None:
+    environment = environment_of()
+    recorder = recorder_for(tmp_path, environment, Selection(each(1), outcomes=("timeout",)))
+    run_episode(environment, controller_of(environment), (recorder,))
+    assert list(tmp_path.iterdir()) == []
+    assert recorder.files == 0
+
+
+def test_an_evaluation_records_chosen_episodes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    evaluate.main(["agent=controller", "task=nav_empty", "episodes=4", "record.only=[2,4]"])
+    assert "2 episodes recorded in evaluated_episodes" in capsys.readouterr().out
+    names = sorted(path.name for path in (tmp_path / "evaluated_episodes").iterdir())
+    assert [name.split("_")[1:] for name in names] == [["00002", "reached.mcap"], ["00004", "reached.mcap"]]
+    facts = open_recording(tmp_path / "evaluated_episodes" / names[0]).facts
+    assert facts["pairs"] == "4 stored test pairs"
+    assert facts["driver"] == "controller"
+
+
+# What goes wrong --------------------------------------------------------------------------------------------------
+
+
+def test_an_episode_that_is_broken_off_is_completed_as_cut(tmp_path: Path) -> None:
+    environment = environment_of()
+    recorder = recorder_for(tmp_path, environment)
+
+    def stop_after(steps: int) -> Callable[[Observation], Decision]:
+        count = iter(range(steps))
+
+        def decide(_: Observation) -> Decision:
+            if next(count, None) is None:
+                raise KeyboardInterrupt
+            return Decision(np.zeros(2, dtype=np.float32), Driver.POLICY)
+
+        return decide
+
+    with pytest.raises(KeyboardInterrupt):
+        run_episode(environment, FixedDriver(stop_after(13)), (recorder,))
+    recorder.close()
+    (path,) = tmp_path.iterdir()
+    assert path.name.endswith("_cut.mcap")
+    assert len(open_recording(path).steps()) == open_recording(path).outcome()["steps"] == 13
+
+
+def test_a_part_holds_all_but_the_last_steps(tmp_path: Path) -> None:
+    environment = environment_of()
+    recorder = recorder_for(tmp_path, environment)
+    action = np.zeros(2, dtype=np.float32)
+    found = []
+
+    def decide(_: Observation) -> Decision:
+        (part,) = tmp_path.iterdir()
+        found.append(len(open_recording(part).steps()))
+        return Decision(action, Driver.POLICY)
+
+    run_episode(environment, FixedDriver(decide), (recorder,), max_steps=3 * BATCH_STEPS)
+    assert all(step - BATCH_STEPS < count <= step for step, count in enumerate(found))
+
+
+def test_a_folder_that_cannot_be_written_stops_nobody(tmp_path: Path) -> None:
+    (tmp_path / "episodes").write_text("in the way")
+    environment = environment_of()
+    said: list[str] = []
+    recorder = recorder_for(tmp_path / "episodes", environment, say=said.append)
+    for _ in range(3):
+        assert run_episode(environment, controller_of(environment), (recorder,)).steps > 0
+    (sentence,) = said
+    assert "episode 1 is not recorded" in sentence
+
+
+def test_a_disk_that_fills_up_stops_nobody_and_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    environment = environment_of()
+    said: list[str] = []
+    recorder = recorder_for(tmp_path, environment, say=said.append)
+    real = Path.open
+
+    class Full:
+        def __init__(self, file: Any) -> None:
+            self._file = file
+
+        def write(self, data: bytes) -> int:
+            if self._file.tell() > 30_000:
+                raise OSError(28, "No space left on device")
+            return int(self._file.write(data))
+
+        def __getattr__(self, name: str) -> Any:
+            return getattr(self._file, name)
+
+    driver = controller_of(environment)
+    monkeypatch.setattr(Path, "open", lambda path, mode: Full(real(path, mode)))
+    run_episode(environment, driver, (recorder,))
+    (sentence,) = said
+    assert "No space left on device" in sentence
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize(
+    ("change", "says"),
+    [
+        (lambda whole: whole[:3000], "is no whole recording"),
+        (lambda _: b"", "is no whole recording"),
+        (lambda _: b"a text\n" * 100, "is no whole recording"),
+        (lambda whole: whole[:9000] + bytes(40) + whole[9040:], "is no whole recording"),
+    ],
+)
+def test_a_damaged_recording_is_told_in_a_sentence(
+    tmp_path: Path, recording: Recording, change: Callable[[bytes], bytes], says: str
+) -> None:
+    damaged = tmp_path / "damaged.mcap"
+    damaged.write_bytes(change(recording.path.read_bytes()))
+    with pytest.raises(UserError, match=says):
+        list(open_recording(damaged).messages())
+
+
+def test_a_recording_of_another_program_is_told_in_a_sentence(tmp_path: Path) -> None:
+    from mcap.writer import Writer
+
+    with (tmp_path / "other.mcap").open("wb") as file:
+        writer = Writer(file)
+        writer.start()
+        writer.finish()  # type: ignore[no-untyped-call]
+    with pytest.raises(UserError, match="a recording of another program"):
+        open_recording(tmp_path / "other.mcap")
+    with pytest.raises(UserError, match="cannot be read: No such file"):
+        open_recording(tmp_path / "missing.mcap")
+
+
+# Size -----------------------------------------------------------------------------------------------------------------
+
+
+def test_size_on_disk(recording: Recording) -> None:
+    """README: about 22 kB an episode and 350 bytes a step."""
+    steps = recording.outcome()["steps"]
+    assert recording.path.stat().st_size < 23_000 + 400 * steps
+
+
+# Parts --------------------------------------------------------------------------------------------------------------
+
+
+def test_transforms_by_template_say_what_message_objects_say() -> None:
+    from foxglove.messages import FrameTransforms as Sdk
+    from mcap.records import Schema
+    from mcap_protobuf.decoder import DecoderFactory
+
+    frames = [Frame("base", "world"), Frame("a_longer_name", "base")]
+    places = np.random.default_rng(0).normal(size=(3, 2, 7))
+    times = [0, 200_000_000, 3_000_000_007_123_456_789 % 10**12]
+    schema = Sdk.get_schema()
+    decode = DecoderFactory().decoder_for("protobuf", Schema(1, schema.data, schema.encoding, schema.name))
+    assert decode is not None
+    for message, of_all, time in zip(TransformBytes(frames).messages(places, times), places, times, strict=True):
+        decoded = decode(message).transforms
+        assert [(each.parent_frame_id, each.child_frame_id) for each in decoded] == [
+            ("world", "base"),
+            ("base", "a_longer_name"),
+        ]
+        for each_frame, place in zip(decoded, of_all, strict=True):
+            at, turn = each_frame.translation, each_frame.rotation
+            assert [at.x, at.y, at.z, turn.w, turn.x, turn.y, turn.z] == place.tolist()
+            assert each_frame.timestamp.seconds * 10**9 + each_frame.timestamp.nanos == time
+
+
+def test_relative_frames_compose_to_the_world_s() -> None:
+    environment = environment_of("nav_gazebo")
+    environment.reset(options={"start": (-2.5, -0.5, 0.3), "goal": (2.0, 2.0)})
+    for _ in range(4):
+        environment.step(np.array([0.3, 0.8], dtype=np.float32))
+    physics = watched(environment).physics
+    frames = BodyFrames(physics.model.ptr)
+    (places,) = frames.relative(frames.sample(physics.data.ptr)[None])
+    in_world: dict[str, tuple[Any, Any]] = {"world": (np.zeros(3), np.eye(3))}
+    for frame, place in zip(frames.frames, places, strict=True):
+        position, turn = in_world[frame.parent]
+        w, x, y, z = place[3:]
+        own = np.array(
+            [
+                [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
+                [2 * (x * y + w * z), 1 - 2 * (x * x + z * z), 2 * (y * z - w * x)],
+                [2 * (x * z - w * y), 2 * (y * z + w * x), 1 - 2 * (x * x + y * y)],
+            ]
+        )
+        in_world[frame.name] = position + turn @ place[:3], turn @ own
+        body = physics.model.ptr.body(frame.name).id
+        assert in_world[frame.name][0] == pytest.approx(physics.data.ptr.xpos[body], abs=1e-9)
+        assert in_world[frame.name][1].ravel() == pytest.approx(physics.data.ptr.xmat[body], abs=1e-9)
+
+
+def test_any_scene_gives_its_parts() -> None:
+    import mujoco
+
+    model = mujoco.MjModel.from_xml_string(
+        """
+        <mujoco>
+          <asset>
+            <mesh name="wedge" vertex="0 0 0  1 0 0  0 1 0  0 0 1"/>
+            <material name="red" rgba="1 0 0 1"/>
+          </asset>
+          <worldbody>
+            <geom name="floor" type="plane" size="0 0 1"/>
+            <body name="shelf" pos="1 0 0"><geom type="box" size="0.1 0.2 0.3" rgba="0 1 0 1"/></body>
+            <body name="ball" pos="0 0 1"><freejoint/><geom type="sphere" size="0.5" material="red"/></body>
+            <body pos="0 2 1"><freejoint/><geom type="capsule" size="0.1 0.4"/></body>
+            <body name="wedge"><freejoint/><geom type="mesh" mesh="wedge"/><geom size="1" group="3"/></body>
+            <body name="egg">
+              <freejoint/>
+              <geom type="ellipsoid" size="0.1 0.2 0.3"/>
+              <geom size="1" rgba="0 0 0 0"/>
+            </body>
+          </worldbody>
+        </mujoco>
+        """
+    )
+    parts = scene_parts(model)
+    by_owner = {owner: [part for part in parts if part.owner == owner] for owner in {part.owner for part in parts}}
+    (shelf,), (ball,), (wedge,), (egg,) = (by_owner[name] for name in ("shelf", "ball", "wedge", "egg"))
+    assert (shelf.frame, shelf.position.tolist()) == ("world", [1, 0, 0])
+    assert shelf.size == pytest.approx([0.2, 0.4, 0.6])
+    assert (ball.frame, ball.rgba.tolist()) == ("ball", [1, 0, 0, 1])
+    assert [part.shape for part in by_owner["body_3"]] == [Shape.CYLINDER, Shape.ELLIPSOID, Shape.ELLIPSOID]
+    ends = sorted(part.position[2] for part in by_owner["body_3"])
+    assert ends == pytest.approx([-0.4, 0, 0.4])
+    assert wedge.faces is not None
+    assert wedge.vertices is not None
+    assert wedge.vertices.shape == (4, 3)
+    assert egg.size == pytest.approx([0.2, 0.4, 0.6])
+
+
+def test_start_and_goal_of_a_reset_begin_the_same_episode_again() -> None:
+    environment = environment_of()
+    _, info = environment.reset()
+    json.dumps([info["start"], info["goal"]])
+    _, again = environment.reset(options={"start": info["start"], "goal": info["goal"]})
+    assert (again["start"], again["goal"]) == (info["start"], info["goal"])
