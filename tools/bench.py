@@ -1,4 +1,4 @@
-"""Speed: `python -m tools.bench`, or some of `environment`, `training`, `timestep`, `laser`, `rooms` and `reset`.
+"""Speed: `python -m tools.bench`, or some of its parts by name.
 
 Ratios are taken within one process, its parts in turn, so that the machine's mood touches both alike.
 
@@ -11,7 +11,8 @@ and with denormal numbers flushed to zero, which this project does and the libra
 front for actor and critic, which is not its default.
 
 `timestep`: cost and accuracy of physics steps of 1, 2, 5 and 10 ms. `laser`: cost of a scan of 40 and of 682 beams.
-`rooms`: cost of a control step in each room. `reset`: cost of a new start and goal.
+`rooms`: cost of a control step in each room. `reset`: cost of a new start and goal. `recording`: CPU a step and room on
+the disk of episodes recorded for Foxglove.
 """
 
 import time
@@ -32,7 +33,7 @@ from asddpg.loop import run_episode
 from asddpg.networks import Features
 from asddpg.program import run
 from tasks.constants import CONTROL_TIMESTEP, TRACK, WHEEL_RADIUS
-from tools import bench_physics
+from tools import bench_physics, bench_recording
 
 ROUNDS = 25
 
@@ -195,6 +196,7 @@ def main(words: Any) -> None:
         "laser": bench_physics.laser,
         "rooms": bench_physics.rooms,
         "reset": bench_physics.reset,
+        "recording": bench_recording.recording,
     }
     for name in words or parts:
         if name not in parts:

@@ -3,16 +3,15 @@
 from typing import Any
 
 import foxglove
+from foxglove._foxglove_py import BaseChannel
 from foxglove.channels import (
     CompressedImageChannel,
     CompressedVideoChannel,
-    LaserScanChannel,
     LogChannel,
-    OdometryChannel,
     PoseInFrameChannel,
     SceneUpdateChannel,
 )
-from foxglove.messages import FrameTransforms
+from foxglove.messages import FrameTransforms, LaserScan, Odometry
 
 from asddpg.recording import topics
 
@@ -29,14 +28,12 @@ class Channels:
         """
         self.context = foxglove.Context()
         context = self.context
-        self.tf = foxglove.Channel(
-            topics.TF, schema=FrameTransforms.get_schema(), message_encoding="protobuf", context=context
-        ).base
-        self.scan = LaserScanChannel(topics.SCAN, context=context)
+        self.tf = self._encoded(topics.TF, FrameTransforms.get_schema())
+        self.scan = self._encoded(topics.SCAN, LaserScan.get_schema())
+        self.odom = self._encoded(topics.ODOM, Odometry.get_schema())
         self.scene = SceneUpdateChannel(topics.SCENE, context=context)
         self.path = SceneUpdateChannel(topics.PATH, context=context)
         self.goal = PoseInFrameChannel(topics.GOAL, context=context)
-        self.odom = OdometryChannel(topics.ODOM, context=context)
         self.log = LogChannel(topics.LOG, context=context)
         self.cmd_vel = self._json(topics.CMD_VEL, topics.CMD_VEL_SCHEMA)
         self.step = self._json(topics.STEP, topics.STEP_SCHEMA)
@@ -44,5 +41,9 @@ class Channels:
         kind: Any = CompressedVideoChannel if video else CompressedImageChannel
         self.cameras = {name: kind(f"{topics.CAMERA}{name}", context=context) for name in cameras}
 
-    def _json(self, topic: str, schema: topics.Schema) -> foxglove.Channel:
-        return foxglove.Channel(topic, schema=schema, message_encoding="json", context=self.context)
+    def _encoded(self, topic: str, schema: foxglove.Schema) -> BaseChannel:
+        """For messages that come as bytes, from a Template."""
+        return foxglove.Channel(topic, schema=schema, message_encoding="protobuf", context=self.context).base
+
+    def _json(self, topic: str, schema: topics.Schema) -> BaseChannel:
+        return foxglove.Channel(topic, schema=schema, message_encoding="json", context=self.context).base

@@ -41,9 +41,8 @@ class RecordingFile:
             foxglove.open_mcap(self._compressed, context=context, writer_options=_FINISHED),
         )
 
-    def describe(self, metadata: Mapping[str, str], config: str) -> None:
-        """Keep with it what it is of, and the configuration as YAML."""
-        packed = gzip.compress(config.encode(), mtime=0)  # attachments are not compressed by the format itself
+    def describe(self, metadata: Mapping[str, str], packed: bytes) -> None:
+        """Keep with it what it is of, and the configuration as pack() made it."""
         for writer in self._writers:
             writer.write_metadata(METADATA, dict(metadata))
             writer.attach(log_time=0, create_time=0, name=CONFIG, media_type="application/gzip", data=packed)
@@ -84,6 +83,11 @@ class RecordingFile:
         for writer in self._writers:
             writer.close()
         self._plain.close()
+
+
+def pack(config: str) -> bytes:
+    """A configuration as it is attached: attachments are not compressed by the format itself."""
+    return gzip.compress(config.encode(), mtime=0)
 
 
 class _Plain:

@@ -7,10 +7,17 @@ from foxglove.messages import Log, LogLevel
 
 from asddpg.recording.channels import Channels
 from asddpg.recording.moments import Moment, MomentReader, Watched
-from asddpg.recording.robot_messages import goal_pose, kept_ranges, laser_scan, odometry, on_grid, timestamp
-from asddpg.recording.scene_messages import PathUpdate, scene_update
+from asddpg.recording.robot_messages import (
+    goal_pose,
+    kept_ranges,
+    laser_scan,
+    odometry,
+    on_grid,
+    timestamp,
+    transforms,
+)
+from asddpg.recording.scene_messages import PathUpdate, Point, scene_update
 from asddpg.recording.step_message import cmd_vel_json, outcome_json, step_json
-from asddpg.recording.transform_bytes import TransformBytes
 from asddpg.types import Episode
 from tasks.scene_parts import scene_parts
 
@@ -26,7 +33,8 @@ class Publisher:
         num_scans, self._num_beams = environment.scan_shape
         self._velocity = slice(num_scans * self._num_beams, num_scans * self._num_beams + 2)
         self._frames = reader.frames
-        self._transforms = TransformBytes(reader.frames.frames)
+        self._transforms = transforms(reader.frames.frames)
+        self._laser_scan, self._odometry = laser_scan(self._num_beams), odometry()
         self._base = [frame.name for frame in reader.frames.frames].index("base")
         self._scene = scene_update(scene_parts(environment.physics.model.ptr))
         self._path = PathUpdate()
@@ -39,9 +47,9 @@ class Publisher:
         channels = self._channels
         self._time = time = self.begins_at + moment.time
         channels.scene.log(self._scene, log_time=time)
-        channels.outcome.base.log(outcome_json(None), time)
+        channels.outcome.log(outcome_json(None), time)
         self._tell_goal(moment.goal)
-        ((x, y, *_),) = self._tell_states([moment])
+        ((x, y),) = self._tell_states([moment])
         self._path.begin((x, y))
         channels.path.log(self._path.message(), log_time=time)
         self.say(f"from ({x:.2f}, {y:.2f}) to the goal ({self._goal[0]:.2f}, {self._goal[1]:.2f})")
@@ -49,21 +57,21 @@ class Publisher:
     def steps(self, moments: Sequence[Moment]) -> None:
         """Steps, and how things stand after each; several at once take half the time."""
         channels = self._channels
-        for moment, (x, y, *_) in zip(moments, self._tell_states(moments), strict=True):
+        for moment, place in zip(moments, self._tell_states(moments), strict=True):
             assert moment.step is not None
             self._time = time = self.begins_at + moment.time
-            channels.step.base.log(step_json(moment), time)
-            channels.cmd_vel.base.log(cmd_vel_json(moment), time)
+            channels.step.log(step_json(moment), time)
+            channels.cmd_vel.log(cmd_vel_json(moment), time)
             if moment.goal != self._goal:
                 self._tell_goal(moment.goal)
-            self._path.extend(moment.step.decision.driver.value, (x, y))
+            self._path.extend(moment.step.decision.driver.value, place)
             if moment.number % STEPS_BETWEEN_PATHS == 0:
                 channels.path.log(self._path.message(), log_time=time)
 
     def end(self, episode: Episode) -> None:
         """How it ended."""
         self._channels.path.log(self._path.message(), log_time=self._time)
-        self._channels.outcome.base.log(outcome_json(episode), self._time)
+        self._channels.outcome.log(outcome_json(episode), self._time)
         self.say(f"{episode.outcome} after {episode.steps} steps, {episode.path_length:.1f} m driven")
 
     def say(self, text: str, level: LogLevel = LogLevel.Info) -> None:
@@ -71,22 +79,27 @@ class Publisher:
         message = Log(timestamp=timestamp(self._time), level=level, message=text, name="asddpg")
         self._channels.log.log(message, log_time=self._time)
 
-    def _tell_states(self, moments: Sequence[Moment]) -> Iterator[list[float]]:
-        """Where everything is and what is seen, a moment at a time; yields where the base is, metres and quaternion."""
+    def _tell_states(self, moments: Sequence[Moment]) -> Iterator[Point]:
+        """Where everything is and what is seen, a moment at a time; yields the robot's place."""
         channels = self._channels
         times = [self.begins_at + moment.time for moment in moments]
-        places = on_grid(self._frames.relative(np.stack([moment.bodies for moment in moments])))
         observations = np.stack([moment.observation for moment in moments])
-        ranges = kept_ranges(observations, self._num_beams).tolist()
-        velocities = on_grid(observations[:, self._velocity]).tolist()
-        bases: list[list[float]] = places[:, self._base].tolist()
-        for time, transforms, scan, base, velocity in zip(
-            times, self._transforms.messages(places, times), ranges, bases, velocities, strict=True
-        ):
-            channels.tf.log(transforms, time)
-            channels.scan.log(laser_scan(scan, time), log_time=time)
-            channels.odom.log(odometry(base, velocity, time), log_time=time)
-            yield base
+        places = on_grid(self._frames.relative(np.stack([moment.bodies for moment in moments])))
+        bases = places[:, self._base]
+        motions = np.concatenate((bases, on_grid(observations[:, self._velocity])), axis=1)
+        told = zip(
+            times,
+            self._transforms.fill(times, places.reshape(len(times), -1)),
+            self._laser_scan.fill(times, kept_ranges(observations, self._num_beams)),
+            self._odometry.fill(times, motions),
+            bases[:, :2].tolist(),
+            strict=True,
+        )
+        for time, frames, scan, motion, (x, y) in told:
+            channels.tf.log(frames, time)
+            channels.scan.log(scan, time)
+            channels.odom.log(motion, time)
+            yield x, y
 
     def _tell_goal(self, goal: tuple[float, float]) -> None:
         self._goal = goal

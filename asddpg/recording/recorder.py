@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any, SupportsFloat
 
 from asddpg.recording.channels import Channels
-from asddpg.recording.mcap_file import RecordingFile
+from asddpg.recording.mcap_file import RecordingFile, pack
 from asddpg.recording.moments import Moment, MomentReader, Watched
 from asddpg.recording.publisher import Publisher
 from asddpg.tally import Tally
@@ -71,7 +71,8 @@ class Recorder:
             say: told once if recording fails.
             first_step: training steps that were made before.
         """
-        self._folder, self._provenance, self._selection, self._say = folder, provenance, selection, say
+        self._folder, self._facts, self._selection, self._say = folder, provenance.facts, selection, say
+        self._config = pack(provenance.config)
         self._channels = Channels()
         self._reader = MomentReader(environment)
         self._publisher = Publisher(self._channels, environment, self._reader)
@@ -115,7 +116,7 @@ class Recorder:
         facts = {"step": str(self._steps), "episode": str(self._episodes)}
         # Exactly: JSON gives a double back to the last bit.
         facts |= {name: json.dumps(info[name]) for name in ("start", "goal")}
-        file.describe({**self._provenance.facts, **facts}, self._provenance.config)
+        file.describe({**self._facts, **facts}, self._config)
         self._publisher.begin(self._reader.begin(observation))
         file.flush()
 
@@ -140,7 +141,7 @@ class Recorder:
 
     def _thin_out(self) -> None:
         keep = self._selection.keep
-        if keep is not None:
+        if keep is not None and self.files > keep:
             for old in sorted(self._folder.glob("*.mcap"))[:-keep]:
                 old.unlink(missing_ok=True)
 

@@ -5,6 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 import numpy.typing as npt
 from foxglove.messages import (
+    FrameTransform,
+    FrameTransforms,
     LaserScan,
     Odometry,
     Pose,
@@ -15,6 +17,8 @@ from foxglove.messages import (
 )
 
 from asddpg.recording.moments import NANOSECONDS
+from asddpg.recording.template import Template
+from tasks.body_frames import Frame
 from tasks.constants import FIELD_OF_VIEW, MAX_RANGE
 from tasks.physics import FloatArray
 from tasks.scene_parts import WORLD
@@ -32,43 +36,76 @@ def on_grid(values: npt.NDArray[np.floating]) -> FloatArray:
     return kept
 
 
-def timestamp(time: int) -> Timestamp:
-    """Simulated nanoseconds as Foxglove has them."""
-    return Timestamp(sec=time // NANOSECONDS, nsec=time % NANOSECONDS)
-
-
 def kept_ranges(observations: npt.NDArray[np.floating], num_beams: int) -> FloatArray:
     """The newest scan of each observation, (m, size), as it is kept: (m, num_beams) metres, at most 1 mm off."""
     kept: FloatArray = np.rint((observations[:, :num_beams] + 0.5) * (MAX_RANGE * _RANGE_GRID)) / _RANGE_GRID
     return kept
 
 
-def laser_scan(ranges: list[float], time: int) -> LaserScan:
-    """What the policy saw: ranges in metres from right to left, at a simulated time in ns."""
-    half = FIELD_OF_VIEW / 2
-    return LaserScan(
-        timestamp=timestamp(time), frame_id="laser", pose=_IDENTITY, start_angle=-half, end_angle=half, ranges=ranges
-    )
+def timestamp(time: int) -> Timestamp:
+    """Simulated nanoseconds as Foxglove has them."""
+    return Timestamp(sec=time // NANOSECONDS, nsec=time % NANOSECONDS)
 
 
-def odometry(base: Sequence[float], velocity: Sequence[float], time: int) -> Odometry:
+def transforms(frames: Sequence[Frame]) -> Template:
+    """All frames in one message: after a jump in time a viewer gets the last message alone.
+
+    Its numbers: of each frame in its parent's x, y, z in metres and the quaternion w, x, y, z.
+    """
+
+    def make(stamp: Timestamp, numbers: Sequence[float]) -> FrameTransforms:
+        places = np.reshape(numbers, (len(frames), 7)).tolist()
+        return FrameTransforms(
+            transforms=[
+                FrameTransform(
+                    timestamp=stamp,
+                    parent_frame_id=frame.parent,
+                    child_frame_id=frame.name,
+                    translation=Vector3(x=x, y=y, z=z),
+                    rotation=Quaternion(x=i, y=j, z=k, w=w),
+                )
+                for frame, (x, y, z, w, i, j, k) in zip(frames, places, strict=True)
+            ]
+        )
+
+    return Template(make, 7 * len(frames))
+
+
+def laser_scan(num_beams: int) -> Template:
+    """What the policy saw. Its numbers: ranges in metres from right to left."""
+
+    def make(stamp: Timestamp, numbers: Sequence[float]) -> LaserScan:
+        half = FIELD_OF_VIEW / 2
+        return LaserScan(
+            timestamp=stamp,
+            frame_id="laser",
+            pose=_IDENTITY,
+            start_angle=-half,
+            end_angle=half,
+            ranges=list(numbers),
+        )
+
+    return Template(make, num_beams)
+
+
+def odometry() -> Template:
     """Pose of the base in the world, its velocity in its own frame.
 
-    Args:
-        base: x, y, z in metres and the quaternion w, x, y, z.
-        velocity: forward in m/s, turning in rad/s.
-        time: simulated ns.
+    Its numbers: x, y, z in metres, the quaternion w, x, y, z, forward speed in m/s, turn rate in rad/s.
     """
-    x, y, z, qw, qx, qy, qz = base
-    linear, angular = velocity
-    return Odometry(
-        timestamp=timestamp(time),
-        frame_id=WORLD,
-        body_frame_id="base",
-        pose=Pose(position=Vector3(x=x, y=y, z=z), orientation=Quaternion(x=qx, y=qy, z=qz, w=qw)),
-        linear_velocity=Vector3(x=linear),
-        angular_velocity=Vector3(z=angular),
-    )
+
+    def make(stamp: Timestamp, numbers: Sequence[float]) -> Odometry:
+        x, y, z, w, i, j, k, linear, angular = numbers
+        return Odometry(
+            timestamp=stamp,
+            frame_id=WORLD,
+            body_frame_id="base",
+            pose=Pose(position=Vector3(x=x, y=y, z=z), orientation=Quaternion(x=i, y=j, z=k, w=w)),
+            linear_velocity=Vector3(x=linear),
+            angular_velocity=Vector3(z=angular),
+        )
+
+    return Template(make, 9)
 
 
 def goal_pose(goal: tuple[float, float], time: int) -> PoseInFrame:

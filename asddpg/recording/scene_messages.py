@@ -23,7 +23,6 @@ from tasks.scene_parts import WORLD, Part, Shape
 
 PATH_WIDTH = 0.03  # m
 PATH_HEIGHT = 0.02  # m above the floor
-_GRID = 512.0  # steps in a metre
 _NOWHERE_ELSE = Pose(position=Vector3(), orientation=Quaternion(w=1.0))
 
 DRIVER_COLOURS: Mapping[str, tuple[float, float, float]] = {
@@ -32,6 +31,8 @@ DRIVER_COLOURS: Mapping[str, tuple[float, float, float]] = {
     "random": (0.5, 0.5, 0.5),
 }
 OTHER_COLOUR = (0.5, 0.5, 0.5)
+
+Point = tuple[float, float]  # x, y in metres, world frame
 
 
 def scene_update(parts: Sequence[Part]) -> SceneUpdate:
@@ -102,12 +103,12 @@ class PathUpdate:
         self._finished: list[LinePrimitive] = []
         self._driver, self._points = "", [Point3()]
 
-    def begin(self, place: tuple[float, float]) -> None:
+    def begin(self, place: Point) -> None:
         """A new path from a place, (x, y) in metres."""
         self._finished = []
         self._driver, self._points = "", [_point(place)]
 
-    def extend(self, driver: str, place: tuple[float, float]) -> None:
+    def extend(self, driver: str, place: Point) -> None:
         """Somebody drove on to a place."""
         if driver != self._driver:
             if len(self._points) > 1:
@@ -121,9 +122,9 @@ class PathUpdate:
         return SceneUpdate(entities=[SceneEntity(id="path", frame_id=WORLD, lines=lines)])
 
 
-def _point(place: tuple[float, float]) -> Point3:
+def _point(place: Point) -> Point3:
     x, y = place
-    return Point3(x=round(x * _GRID) / _GRID, y=round(y * _GRID) / _GRID, z=PATH_HEIGHT)
+    return Point3(x=x, y=y, z=PATH_HEIGHT)
 
 
 def _line(driver: str, points: list[Point3]) -> LinePrimitive:

@@ -1,6 +1,10 @@
 """What a recording holds, and that making one disturbs nobody."""
 
 import json
+import signal
+import subprocess
+import sys
+import time
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -10,6 +14,10 @@ import gymnasium
 import numpy as np
 import pytest
 import yaml
+from foxglove.messages import FrameTransforms
+from mcap.records import Schema
+from mcap.writer import Writer
+from mcap_protobuf.decoder import DecoderFactory
 
 from asddpg import evaluate, train
 from asddpg.build import controller_for, make_environment
@@ -19,13 +27,13 @@ from asddpg.errors import UserError
 from asddpg.loop import run_episode
 from asddpg.recording.reading import Recording, open_recording
 from asddpg.recording.recorder import BATCH_STEPS, Provenance, Recorder, Selection, each
-from asddpg.recording.transform_bytes import TransformBytes
+from asddpg.recording.robot_messages import transforms
 from asddpg.train import watched
 from asddpg.types import Decision, Driver, Observation, Step
 from tasks.body_frames import BodyFrames, Frame
 from tasks.scene_parts import Shape, scene_parts
 from tasks.state_digest import state_digest
-from tests.conftest import TINY
+from tests.conftest import ROOT, TINY
 
 PROVENANCE = Provenance("seed: 1\n", {"task": "nav_complex"})
 Say = Callable[[str], None]
@@ -328,8 +336,6 @@ def test_a_damaged_recording_is_told_in_a_sentence(
 
 
 def test_a_recording_of_another_program_is_told_in_a_sentence(tmp_path: Path) -> None:
-    from mcap.writer import Writer
-
     with (tmp_path / "other.mcap").open("wb") as file:
         writer = Writer(file)
         writer.start()
@@ -353,26 +359,21 @@ def test_size_on_disk(recording: Recording) -> None:
 
 
 def test_transforms_by_template_say_what_message_objects_say() -> None:
-    from foxglove.messages import FrameTransforms as Sdk
-    from mcap.records import Schema
-    from mcap_protobuf.decoder import DecoderFactory
-
-    frames = [Frame("base", "world"), Frame("a_longer_name", "base")]
-    places = np.random.default_rng(0).normal(size=(3, 2, 7))
-    times = [0, 200_000_000, 3_000_000_007_123_456_789 % 10**12]
-    schema = Sdk.get_schema()
+    schema = FrameTransforms.get_schema()
     decode = DecoderFactory().decoder_for("protobuf", Schema(1, schema.data, schema.encoding, schema.name))
     assert decode is not None
-    for message, of_all, time in zip(TransformBytes(frames).messages(places, times), places, times, strict=True):
+    places = np.random.default_rng(0).normal(size=(3, 2, 7))
+    places[0, 1] = 0.0  # which protobuf would leave out
+    times = [0, 200_000_000, 4_000_123_456_789]
+    messages = transforms([Frame("base", "world"), Frame("a_longer_name", "base")]).fill(times, places.reshape(3, -1))
+    for message, of_all, time in zip(messages, places, times, strict=True):
         decoded = decode(message).transforms
-        assert [(each.parent_frame_id, each.child_frame_id) for each in decoded] == [
-            ("world", "base"),
-            ("base", "a_longer_name"),
-        ]
-        for each_frame, place in zip(decoded, of_all, strict=True):
-            at, turn = each_frame.translation, each_frame.rotation
+        names = [(each.parent_frame_id, each.child_frame_id) for each in decoded]
+        assert names == [("world", "base"), ("base", "a_longer_name")]
+        for frame, place in zip(decoded, of_all, strict=True):
+            at, turn = frame.translation, frame.rotation
             assert [at.x, at.y, at.z, turn.w, turn.x, turn.y, turn.z] == place.tolist()
-            assert each_frame.timestamp.seconds * 10**9 + each_frame.timestamp.nanos == time
+            assert frame.timestamp.seconds * 10**9 + frame.timestamp.nanos == time
 
 
 def test_relative_frames_compose_to_the_world_s() -> None:
@@ -446,3 +447,26 @@ def test_start_and_goal_of_a_reset_begin_the_same_episode_again() -> None:
     json.dumps([info["start"], info["goal"]])
     _, again = environment.reset(options={"start": info["start"], "goal": info["goal"]})
     assert (again["start"], again["goal"]) == (info["start"], info["goal"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("stop", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_training_that_is_stopped_completes_its_recording(tmp_path: Path, stop: signal.Signals, status: int) -> None:
+    folder = tmp_path / "run"
+    words = ["task=nav_empty", *TINY, "total_steps=100000", "agent.learning_starts=90000", "validation.every=0"]
+    command = [sys.executable, "-m", "asddpg.train", *words, "record.every=1", f"run_dir={folder}"]
+    process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
+    deadline = time.monotonic() + 60
+    while len(list(folder.glob("episodes/*.mcap"))) < 3 and time.monotonic() < deadline:
+        time.sleep(0.05)
+    process.send_signal(stop)
+    _, errors = process.communicate(timeout=60)
+    assert process.returncode == status
+    assert "Traceback" not in errors
+    assert not list(folder.glob("episodes/*.part"))
+    *finished, last = sorted((folder / "episodes").iterdir())
+    assert finished
+    for path in (*finished, last):
+        recording = open_recording(path)
+        assert len(recording.steps()) == recording.outcome()["steps"]
+    assert (folder / "checkpoints" / "last" / "agent.pt").is_file()
