@@ -366,14 +366,14 @@ def test_transforms_by_template_say_what_message_objects_say() -> None:
     places[0, 1] = 0.0  # which protobuf would leave out
     times = [0, 200_000_000, 4_000_123_456_789]
     messages = transforms([Frame("base", "world"), Frame("a_longer_name", "base")]).fill(times, places.reshape(3, -1))
-    for message, of_all, time in zip(messages, places, times, strict=True):
+    for message, of_all, instant in zip(messages, places, times, strict=True):
         decoded = decode(message).transforms
         names = [(each.parent_frame_id, each.child_frame_id) for each in decoded]
         assert names == [("world", "base"), ("base", "a_longer_name")]
         for frame, place in zip(decoded, of_all, strict=True):
             at, turn = frame.translation, frame.rotation
             assert [at.x, at.y, at.z, turn.w, turn.x, turn.y, turn.z] == place.tolist()
-            assert frame.timestamp.seconds * 10**9 + frame.timestamp.nanos == time
+            assert frame.timestamp.seconds * 10**9 + frame.timestamp.nanos == instant
 
 
 def test_relative_frames_compose_to_the_world_s() -> None:
