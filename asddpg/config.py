@@ -185,7 +185,7 @@ class RecordEvaluationConfig:
     every: int = 0
     # Numbers of episodes that are recorded besides, counted from 1.
     only: list[int] = field(default_factory=list)
-    # Outcomes whose recordings are kept: reached, crashed, timeout; empty keeps all.
+    # Outcomes whose recordings are kept: reached, crashed, timeout; empty keeps all. Alone it means every=1.
     outcomes: list[str] = field(default_factory=list)
 
 

@@ -129,7 +129,9 @@ def _drive(
 
 
 def _selection(wanted: RecordEvaluationConfig) -> Selection:
-    regularly = each(wanted.every)
+    # Who names outcomes alone wants all episodes that end so.
+    every = wanted.every or (1 if wanted.outcomes and not wanted.only else 0)
+    regularly = each(every)
     return Selection(lambda number: regularly(number) or number in wanted.only, wanted.outcomes)
 
 
