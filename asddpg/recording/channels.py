@@ -1,5 +1,6 @@
 """A recording's channels: one set a process, from which files and the live view take their messages."""
 
+from collections.abc import Callable
 from typing import Any
 
 import foxglove
@@ -12,7 +13,7 @@ from foxglove.channels import (
     PoseInFrameChannel,
     SceneUpdateChannel,
 )
-from foxglove.messages import FrameTransforms
+from foxglove.messages import CompressedImage, CompressedVideo, FrameTransforms, Timestamp
 
 from asddpg.recording import topics
 
@@ -42,7 +43,14 @@ class Channels:
         self.step = self._json(topics.STEP, topics.STEP_SCHEMA)
         self.outcome = self._json(topics.OUTCOME, topics.OUTCOME_SCHEMA)
         kind: Any = CompressedVideoChannel if video else CompressedImageChannel
-        self.cameras = {name: kind(f"{topics.CAMERA}{name}", context=context) for name in cameras}
+        self._as_message: Callable[..., Any] = CompressedVideo if video else CompressedImage
+        self._format = "h264" if video else "jpeg"
+        self._cameras = {name: kind(f"{topics.CAMERA}{name}", context=context) for name in cameras}
+
+    def log_picture(self, camera: str, picture: bytes, stamp: Timestamp, time: int) -> None:
+        """Tell what a camera saw, encoded, at a simulated time in ns."""
+        message = self._as_message(timestamp=stamp, frame_id=camera, data=picture, format=self._format)
+        self._cameras[camera].log(message, log_time=time)
 
     def _json(self, topic: str, schema: topics.Schema) -> foxglove.Channel:
         return foxglove.Channel(topic, schema=schema, message_encoding="json", context=self.context)
