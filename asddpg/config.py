@@ -365,7 +365,7 @@ def check(config: TrainConfig | EvaluateConfig) -> None:
 
 def _check_cameras(record: RecordConfig | RecordEvaluationConfig) -> None:
     if record.cameras and not record.every and not getattr(record, "only", []):
-        raise UserError("record.cameras adds pictures to recordings, and none is made: record.every=1 makes one of each")
+        raise UserError("record.cameras adds pictures to recordings, and none is made: record.every=1 records all")
 
 
 # Without a controller they would do nothing.
