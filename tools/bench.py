@@ -1,4 +1,4 @@
-"""Speed: `python -m tools.bench`, or some of `environment`, `training`, `timestep`, `laser`, `rooms` and `reset`.
+"""Speed: `python -m tools.bench`, or some of its parts, such as `python -m tools.bench environment rooms`.
 
 Ratios are taken within one process, its parts in turn, so that the machine's mood touches both alike.
 
@@ -11,7 +11,7 @@ and with denormal numbers flushed to zero, which this project does and the libra
 front for actor and critic, which is not its default.
 
 `timestep`: cost and accuracy of physics steps of 1, 2, 5 and 10 ms. `laser`: cost of a scan of 40 and of 682 beams.
-`rooms`: cost of a control step in each room. `reset`: cost of a new start and goal.
+`rooms`: cost of a control step in each room. `reset`: cost of a new start and goal. `rendering`: cost of a picture.
 """
 
 import time
@@ -32,7 +32,7 @@ from asddpg.loop import run_episode
 from asddpg.networks import Features
 from asddpg.program import run
 from tasks.constants import CONTROL_TIMESTEP, TRACK, WHEEL_RADIUS
-from tools import bench_physics
+from tools import bench_physics, bench_rendering
 
 ROUNDS = 25
 
@@ -195,6 +195,7 @@ def main(words: Any) -> None:
         "laser": bench_physics.laser,
         "rooms": bench_physics.rooms,
         "reset": bench_physics.reset,
+        "rendering": bench_rendering.rendering,
     }
     for name in words or parts:
         if name not in parts:

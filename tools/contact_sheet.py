@@ -78,7 +78,9 @@ def _tiles(files: Sequence[Path], camera: str, width: int, height: int, frames: 
             for count, step in states:
                 if count in wanted:
                     image = Image.fromarray(renderer.render(states.physics.data.ptr, camera))
-                    yield captioned(image, *_caption(states, count, step["driver"] if step else "", len(files) == 1))
+                    yield captioned(
+                        image, *_caption(states, count, step["driver"] if step else "", len(files) == 1), above=True
+                    )
     finally:
         if renderer is not None:
             renderer.close()
@@ -93,7 +95,7 @@ def _caption(states: EpisodeStates, count: int, driver: str, is_one: bool) -> tu
     is_end = count == len(states.steps)
     number = int(states.recording.facts["episode"])
     if is_end:
-        which = f"{states.time(count):.1f} s" if is_one else f"{number}"
+        which = f"{states.time(count):.1f} s" if is_one else f"episode {number}"
         when = "" if is_one else f" after {states.time(count):.1f} s"
         return f"{which} · {states.outcome}{when}", OUTCOME_COLOURS.get(states.outcome)
     return f"{states.time(count):.1f} s · {driver or 'start'}", DRIVER_COLOURS.get(driver)

@@ -43,7 +43,9 @@ def draw_map(ways: Sequence[Way], view: MapView, picture: Picture, task: str, fi
             colour = DRIVER_COLOURS.get(driver, OTHER_COLOUR)
             axes.plot(*places.T, color=colour, linewidth=2.4, path_effects=_CASING, zorder=3, solid_capstyle="round")
     for way in ways:
-        _draw_ends(axes, way, is_numbered=len(ways) > 1)
+        _draw_ends(axes, way)
+        if len(ways) > 1:
+            _numbered(axes, way)
     left, right, bottom, top = view.extent
     axes.set(xlim=(left, right), ylim=(bottom, top), xlabel="x (m)", ylabel="y (m)", aspect="equal")
     _explain(axes, ways)
@@ -64,23 +66,19 @@ def _draw_goal(axes: Axes, way: Way) -> None:
     axes.add_patch(circle)
 
 
-def _draw_ends(axes: Axes, way: Way, is_numbered: bool) -> None:
+def _numbered(axes: Axes, way: Way) -> None:
+    """The episode's number beside its goal: many episodes begin at the same place."""
+    halo = [withStroke(linewidth=2.5, foreground="white")]
+    axes.text(*way.goal, str(way.number), ha="center", va="center", fontsize=10, path_effects=halo, zorder=7)
+
+
+def _draw_ends(axes: Axes, way: Way) -> None:
     x, y = way.places[0]
     ahead = (x + 0.3 * math.cos(way.yaw), y + 0.3 * math.sin(way.yaw))
     axes.annotate("", ahead, (x, y), arrowprops={"arrowstyle": "-|>", "color": "black", "linewidth": 1.5}, zorder=4)
     axes.scatter(x, y, s=45, marker="o", color="white", edgecolors="black", linewidths=1.5, zorder=5)
     _, colour, marker, size = LOOKS.get(way.outcome, _OTHER_END)
     axes.scatter(*way.places[-1], s=size + 30, marker=marker, color=colour, edgecolors="white", linewidths=1, zorder=6)
-    if is_numbered:
-        axes.annotate(
-            str(way.number),
-            (x, y),
-            (5, 5),
-            textcoords="offset points",
-            fontsize=9,
-            path_effects=[withStroke(linewidth=2.5, foreground="white")],
-            zorder=7,
-        )
 
 
 def _explain(axes: Axes, ways: Sequence[Way]) -> None:
@@ -91,9 +89,16 @@ def _explain(axes: Axes, ways: Sequence[Way]) -> None:
             [], [], color=DRIVER_COLOURS.get(driver, OTHER_COLOUR), linewidth=2.4, label=f"driven by the {driver}"
         )
     numbers = " (number: episode)" if len(ways) > 1 else ""
-    axes.scatter([], [], s=45, marker="o", color="white", edgecolors="black", linewidths=1.5, label=f"start{numbers}")
+    axes.scatter([], [], s=45, marker="o", color="white", edgecolors="black", linewidths=1.5, label="start")
     axes.scatter(
-        [], [], s=110, marker="o", color=(0.15, 0.7, 0.3, 0.35), edgecolors=GREEN, linewidths=1.5, label="goal"
+        [],
+        [],
+        s=110,
+        marker="o",
+        color=(0.15, 0.7, 0.3, 0.35),
+        edgecolors=GREEN,
+        linewidths=1.5,
+        label=f"goal{numbers}",
     )
     for outcome in dict.fromkeys(way.outcome for way in ways):
         name, colour, marker, size = LOOKS.get(outcome, _OTHER_END)

@@ -42,15 +42,15 @@ class MapView:
         camera.type = mujoco.mjtCamera.mjCAMERA_FREE
         camera.lookat[:] = self.x, self.y, 0.0
         camera.distance, camera.azimuth, camera.elevation = HEIGHT, 90.0, -90.0
-        camera.orthographic = 1
-        fovy = model.vis.global_.fovy
-        model.vis.global_.fovy = self.height  # metres, where nothing converges
+        free = model.vis.global_
+        before = free.orthographic, free.fovy
+        free.orthographic, free.fovy = 1, self.height  # metres, where nothing converges
         renderer = open_renderer(model, round(self.width * pixels_per_metre), round(self.height * pixels_per_metre))
         try:
             return renderer.render(data, camera)
         finally:
             renderer.close()
-            model.vis.global_.fovy = fovy
+            free.orthographic, free.fovy = before
 
 
 def view_of(room: Obstacles) -> MapView:

@@ -7,8 +7,11 @@ _WHITE = (255, 255, 255, 255)
 Colour = tuple[float, float, float]  # each from 0 to 1
 
 
-def captioned(image: Image.Image, text: str, colour: Colour | None = None) -> Image.Image:
-    """The picture with a line of text on a dark strip along its top, behind a dot of a colour if one is given."""
+def captioned(image: Image.Image, text: str, colour: Colour | None = None, above: bool = False) -> Image.Image:
+    """The picture with a line of text on a dark strip along its top, behind a dot of a colour if one is given.
+
+    The strip lies upon the picture, or `above` it, where it hides nothing and the picture grows.
+    """
     size = max(9, image.height // 22)
     font = ImageFont.load_default(size)
     strip = Image.new("RGBA", (image.width, 2 * size), _SHADE)
@@ -18,7 +21,9 @@ def captioned(image: Image.Image, text: str, colour: Colour | None = None) -> Im
         draw.ellipse((left, size // 2, left + size, size // 2 + size), fill=_bytes(colour), outline=_WHITE)
         left += size + size // 2
     draw.text((left, size), text, font=font, fill=_WHITE, anchor="lm")
-    whole = image.convert("RGBA")
+    top = strip.height if above else 0
+    whole = Image.new("RGBA", (image.width, image.height + top), "white")
+    whole.paste(image, (0, top))
     whole.alpha_composite(strip)
     return whole.convert("RGB")
 
