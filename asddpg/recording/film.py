@@ -122,6 +122,7 @@ class Film:
         stream.width, stream.height, stream.pix_fmt = *self._image.size, "yuv420p"
         stream.codec_context.thread_count = 1
         stream.time_base = stream.codec_context.time_base = 1 / self._rate
+        self._container.start_encoding()  # or else the file would be made with the first picture
         self._stream = stream
 
     def _finish(self) -> None:
