@@ -177,7 +177,7 @@ class RecordConfig:
     keep: int = 200
     # Cameras of the scene whose pictures are recorded too, such as [chase,onboard].
     cameras: list[str] = field(default_factory=list)
-    # Of the pictures: jpeg or h264, a fifth of the size, which needs PyAV (pip install av).
+    # Of the pictures: jpeg, or h264, which takes half the room and needs PyAV (pip install av).
     codec: str = "jpeg"
     # Width and height of the pictures, px.
     picture_size: list[int] = field(default_factory=lambda: [320, 240])
@@ -195,7 +195,7 @@ class RecordEvaluationConfig:
     outcomes: list[str] = field(default_factory=list)
     # Cameras of the scene whose pictures are recorded too, such as [chase,onboard].
     cameras: list[str] = field(default_factory=list)
-    # Of the pictures: jpeg or h264, a fifth of the size, which needs PyAV (pip install av).
+    # Of the pictures: jpeg, or h264, which takes half the room and needs PyAV (pip install av).
     codec: str = "jpeg"
     # Width and height of the pictures, px.
     picture_size: list[int] = field(default_factory=lambda: [320, 240])

@@ -54,8 +54,10 @@ def main(words: Sequence[str]) -> None:
 def sheet(tiles: Sequence[Image.Image], columns: int = 0) -> Image.Image:
     """Pictures of one size in rows, from left to right; 0 columns for a sheet about twice as wide as high."""
     width, height = tiles[0].size
+    is_given = columns > 0
     columns = min(columns or math.ceil(math.sqrt(2 * len(tiles) * height / width)), len(tiles))
     rows = math.ceil(len(tiles) / columns)
+    columns = columns if is_given else math.ceil(len(tiles) / rows)  # no nearly empty last row
     whole = Image.new("RGB", (columns * (width + GAP) - GAP, rows * (height + GAP) - GAP), "white")
     for index, tile in enumerate(tiles):
         row, column = divmod(index, columns)

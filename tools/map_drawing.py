@@ -13,10 +13,11 @@ from tasks.rendering import Picture
 from tools.episode_ways import Way
 from tools.map_view import MapView
 from tools.plot_style import Sheet
-from tools.room_map import LOOKS, legend_under
+from tools.room_map import LOOKS
 
 GREEN = "#007A3D"
 _CASING = [withStroke(linewidth=4.5, foreground="white")]
+_ENDS = {**LOOKS, "reached": ("reached", GREEN, "o", 30)}  # not in the blue of the policy's way
 _OTHER_END = ("cut off", "#555555", "D", 45)
 DPI = 90
 
@@ -49,6 +50,8 @@ def draw_map(ways: Sequence[Way], view: MapView, picture: Picture, task: str, fi
     left, right, bottom, top = view.extent
     axes.set(xlim=(left, right), ylim=(bottom, top), xlabel="x (m)", ylabel="y (m)", aspect="equal")
     _explain(axes, ways)
+    names = axes.get_legend_handles_labels()
+    sheet.figure.legend(*names, loc="outside lower center", ncols=3, frameon=False, handletextpad=0.5)
     sheet.save(file)
 
 
@@ -67,9 +70,11 @@ def _draw_goal(axes: Axes, way: Way) -> None:
 
 
 def _numbered(axes: Axes, way: Way) -> None:
-    """The episode's number beside its goal: many episodes begin at the same place."""
-    halo = [withStroke(linewidth=2.5, foreground="white")]
-    axes.text(*way.goal, str(way.number), ha="center", va="center", fontsize=10, path_effects=halo, zorder=7)
+    """The episode's number at its goal, and where it ended short of it: many begin at the same place."""
+    text = {"fontsize": 10, "path_effects": [withStroke(linewidth=2.5, foreground="white")], "zorder": 7}
+    axes.text(*way.goal, str(way.number), ha="center", va="center", **text)
+    if way.outcome != "reached":
+        axes.annotate(str(way.number), way.places[-1].tolist(), (7, 5), textcoords="offset points", **text)
 
 
 def _draw_ends(axes: Axes, way: Way) -> None:
@@ -77,14 +82,14 @@ def _draw_ends(axes: Axes, way: Way) -> None:
     ahead = (x + 0.3 * math.cos(way.yaw), y + 0.3 * math.sin(way.yaw))
     axes.annotate("", ahead, (x, y), arrowprops={"arrowstyle": "-|>", "color": "black", "linewidth": 1.5}, zorder=4)
     axes.scatter(x, y, s=45, marker="o", color="white", edgecolors="black", linewidths=1.5, zorder=5)
-    _, colour, marker, size = LOOKS.get(way.outcome, _OTHER_END)
+    _, colour, marker, size = _ENDS.get(way.outcome, _OTHER_END)
     axes.scatter(*way.places[-1], s=size + 30, marker=marker, color=colour, edgecolors="white", linewidths=1, zorder=6)
 
 
 def _explain(axes: Axes, ways: Sequence[Way]) -> None:
     """What is what, under the map: only what is on it."""
     drivers = {driver for way in ways for driver in way.drivers}
-    for driver in sorted(drivers):
+    for driver in sorted(drivers, key=[*DRIVER_COLOURS, *drivers].index):
         axes.plot(
             [], [], color=DRIVER_COLOURS.get(driver, OTHER_COLOUR), linewidth=2.4, label=f"driven by the {driver}"
         )
@@ -101,7 +106,6 @@ def _explain(axes: Axes, ways: Sequence[Way]) -> None:
         label=f"goal{numbers}",
     )
     for outcome in dict.fromkeys(way.outcome for way in ways):
-        name, colour, marker, size = LOOKS.get(outcome, _OTHER_END)
+        name, colour, marker, size = _ENDS.get(outcome, _OTHER_END)
         count = f": {sum(way.outcome == outcome for way in ways)}" if len(ways) > 1 else ""
         axes.scatter([], [], s=size + 30, marker=marker, color=colour, edgecolors="white", label=f"{name}{count}")
-    legend_under(axes)
