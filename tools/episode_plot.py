@@ -47,8 +47,7 @@ class Signals:
     @property
     def ends(self) -> FloatArray:
         """When each step ended, s, after 0 for the beginning: (n + 1,)."""
-        ends: FloatArray = np.arange(len(self.drivers) + 1) * self.control_timestep
-        return ends
+        return np.arange(len(self.drivers) + 1, dtype=np.float64) * np.float64(self.control_timestep)
 
 
 def signals_of(recording: Recording) -> Signals:

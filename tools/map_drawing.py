@@ -3,6 +3,7 @@
 import math
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle
@@ -71,7 +72,11 @@ def _draw_goal(axes: Axes, way: Way) -> None:
 
 def _numbered(axes: Axes, way: Way) -> None:
     """The episode's number at its goal, and where it ended short of it: many begin at the same place."""
-    text = {"fontsize": 10, "path_effects": [withStroke(linewidth=2.5, foreground="white")], "zorder": 7}
+    text: dict[str, Any] = {
+        "fontsize": 10,
+        "path_effects": [withStroke(linewidth=2.5, foreground="white")],
+        "zorder": 7,
+    }
     axes.text(*way.goal, str(way.number), ha="center", va="center", **text)
     if way.outcome != "reached":
         axes.annotate(str(way.number), way.places[-1].tolist(), (7, 5), textcoords="offset points", **text)
@@ -83,7 +88,8 @@ def _draw_ends(axes: Axes, way: Way) -> None:
     axes.annotate("", ahead, (x, y), arrowprops={"arrowstyle": "-|>", "color": "black", "linewidth": 1.5}, zorder=4)
     axes.scatter(x, y, s=45, marker="o", color="white", edgecolors="black", linewidths=1.5, zorder=5)
     _, colour, marker, size = _ENDS.get(way.outcome, _OTHER_END)
-    axes.scatter(*way.places[-1], s=size + 30, marker=marker, color=colour, edgecolors="white", linewidths=1, zorder=6)
+    end_x, end_y = way.places[-1]
+    axes.scatter(end_x, end_y, s=size + 30, marker=marker, color=colour, edgecolors="white", linewidths=1, zorder=6)
 
 
 def _explain(axes: Axes, ways: Sequence[Way]) -> None:

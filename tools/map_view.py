@@ -34,7 +34,8 @@ class MapView:
         left, _, _, top = self.extent
         rows, columns = shape
         scale = np.array([columns / self.width, -rows / self.height])
-        return (np.asarray(places) - [left, top]) * scale
+        pixels: FloatArray = (places - np.array([left, top])) * scale
+        return pixels
 
     def render(self, model: mujoco.MjModel, data: mujoco.MjData, pixels_per_metre: float) -> Picture:
         """The picture, uint8 (rows, columns, 3), x to the right and y upwards; TaskError without graphics library."""

@@ -189,13 +189,18 @@ def test_each_step_has_the_pictures_of_its_moment(tmp_path: Path) -> None:
     assert np.abs(picture - rendered).mean() < 4
 
 
+def nal_kinds(packet: bytes) -> list[int]:
+    """Of the units in Annex B: 1 a slice, 5 one of a keyframe, 6 remarks, 7 and 8 parameters."""
+    return [byte[0] & 31 for byte in re.findall(rb"\x00\x00\x01(.)", packet, re.DOTALL)]
+
+
 def test_video_is_as_foxglove_wants_it(tmp_path: Path) -> None:
     """Annex B, a frame a message, each keyframe behind its parameters, and in each file the first is one."""
     for recording in recorded(tmp_path, is_video=True, episodes=2):
         messages = list(recording.messages("/camera/chase"))
         assert len(messages) == 13
         assert {message.content.format for message in messages} == {"h264"}
-        kinds = [[byte[0] & 31 for byte in re.findall(rb"\0\0\1(.)", m.content.data, re.DOTALL)] for m in messages]
+        kinds = [nal_kinds(message.content.data) for message in messages]
         assert {kind for kind in kinds[0] if kind != 6} == {5, 7, 8}
         assert [5 in kind for kind in kinds] == [7 in kind for kind in kinds]
         assert all(kind == [1] for kind in kinds if 5 not in kind)
@@ -203,7 +208,7 @@ def test_video_is_as_foxglove_wants_it(tmp_path: Path) -> None:
         packets = [*(av.Packet(message.content.data) for message in messages), None]
         frames = [frame for packet in packets for frame in decoder.decode(packet)]
         assert len(frames) == 13
-        assert "B" not in {frame.pict_type.name for frame in frames}
+        assert av.video.frame.PictureType.B not in {frame.pict_type for frame in frames}
 
 
 def test_pictures_change_nothing_that_is_learned(tmp_path: Path) -> None:

@@ -40,8 +40,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     recorder = Recorder(folder, watched(environment), Provenance(settings, facts), Selection(each(1)), print)
     for _ in range(2):
         drivers = itertools.cycle([*[Driver.POLICY] * 4, *[Driver.CONTROLLER] * 4])
-        action, weighed = np.array([0.3, 0.4], dtype=np.float32), {"q_policy": 1.0, "q_controller": 0.5, "value": 0.7}
-        driver = FixedDriver(lambda _: Decision(action, next(drivers), **weighed))  # noqa: B023
+        action = np.array([0.3, 0.4], dtype=np.float32)
+        driver = FixedDriver(lambda _: Decision(action, next(drivers), q_policy=1.0, q_controller=0.5, value=0.7))  # noqa: B023
         run_episode(environment, driver, (recorder,), max_steps=STEPS)
     return folder
 
@@ -51,7 +51,7 @@ def file(folder: Path) -> str:
     return str(sorted(folder.iterdir())[0])
 
 
-def picture(path: Path) -> np.ndarray:  # type: ignore[type-arg]
+def picture(path: Path) -> np.ndarray:
     return np.asarray(Image.open(path)).astype(int)
 
 
@@ -81,7 +81,7 @@ def test_an_episode_that_goes_another_way_is_noted_once(file: str, capsys: pytes
 
 
 def test_a_frame_shows_the_moment_asked_for(file: str, tmp_path: Path) -> None:
-    def frame(*words: str) -> np.ndarray:  # type: ignore[type-arg]
+    def frame(*words: str) -> np.ndarray:
         episode_frame.main([file, "size=96x64", "caption=false", f"file={tmp_path / 'frame.png'}", *words])
         return picture(tmp_path / "frame.png")
 
