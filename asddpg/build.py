@@ -8,11 +8,20 @@ import torch
 
 from asddpg.agent import AsDDPG
 from asddpg.annealing import Annealing
-from asddpg.config import ControllerConfig, RewardConfig, TaskConfig, TrainConfig, WithdrawalConfig
+from asddpg.config import (
+    ControllerConfig,
+    RecordConfig,
+    RecordEvaluationConfig,
+    RewardConfig,
+    TaskConfig,
+    TrainConfig,
+    WithdrawalConfig,
+)
 from asddpg.controllers import Controller, make_controller
 from asddpg.errors import UserError
 from asddpg.exploration import OrnsteinUhlenbeckNoise
 from asddpg.networks import Networks, NetworkShape
+from asddpg.recording.cameras import Cameras, HasPhysics
 from asddpg.replay import BalancedReplay, ReplayBuffer
 from asddpg.streams import stream
 from asddpg.types import Action
@@ -30,6 +39,19 @@ def make_environment(task: TaskConfig, reward: RewardConfig) -> gymnasium.Env:
         config=NavigationConfig(**constants, laser=LaserConfig(**laser)),
         num_scans=num_scans,
     )
+
+
+def make_cameras(record: RecordConfig | RecordEvaluationConfig, environment: HasPhysics) -> Cameras | None:
+    """The cameras whose pictures are recorded, if there are any; make them before anything is written.
+
+    Raises:
+        TaskError: no such camera, or no graphics library.
+        UserError: no encoder.
+    """
+    if not record.cameras:
+        return None
+    width, height = record.picture_size
+    return Cameras(environment, record.cameras, width, height, is_video=record.codec == "h264")
 
 
 def action_bounds(environment: gymnasium.Env) -> tuple[Action, Action]:

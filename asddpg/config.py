@@ -175,6 +175,12 @@ class RecordConfig:
     every: int = 50
     # Recordings kept at most; the oldest go.
     keep: int = 200
+    # Cameras of the scene whose pictures are recorded too, such as [chase,onboard].
+    cameras: list[str] = field(default_factory=list)
+    # Of the pictures: jpeg, or h264, which takes half the room and needs PyAV (pip install av).
+    codec: str = "jpeg"
+    # Width and height of the pictures, px.
+    picture_size: list[int] = field(default_factory=lambda: [320, 240])
 
 
 @dataclass
@@ -187,6 +193,12 @@ class RecordEvaluationConfig:
     only: list[int] = field(default_factory=list)
     # Outcomes whose recordings are kept: reached, crashed, timeout; empty keeps all. Alone it means every=1.
     outcomes: list[str] = field(default_factory=list)
+    # Cameras of the scene whose pictures are recorded too, such as [chase,onboard].
+    cameras: list[str] = field(default_factory=list)
+    # Of the pictures: jpeg, or h264, which takes half the room and needs PyAV (pip install av).
+    codec: str = "jpeg"
+    # Width and height of the pictures, px.
+    picture_size: list[int] = field(default_factory=lambda: [320, 240])
 
 
 @dataclass
@@ -260,6 +272,10 @@ def _layers(widths: list[int]) -> bool:
     return len(widths) >= 2 and all(1 <= width <= 65_536 for width in widths)
 
 
+def _picture_size(size: list[int]) -> bool:
+    return len(size) == 2 and all(16 <= side <= 1080 and side % 2 == 0 for side in size)
+
+
 OUTCOMES = frozenset({"reached", "crashed", "timeout"})
 
 Rule = tuple[Callable[[Any], bool], str]
@@ -279,6 +295,9 @@ RULES: dict[str, Rule] = {
     "record.keep": _POSITIVE,
     "record.only": (lambda numbers: all(number >= 1 for number in numbers), "numbers of episodes, counted from 1"),
     "record.outcomes": (lambda outcomes: set(outcomes) <= OUTCOMES, f"some of {', '.join(sorted(OUTCOMES))}"),
+    "record.cameras": (lambda names: len(set(names)) == len(names), "names of cameras, each once"),
+    "record.codec": (lambda codec: codec in ("jpeg", "h264"), "jpeg or h264"),
+    "record.picture_size": (_picture_size, "width and height, two even numbers from 16 to 1080 px"),
     "validation.episodes": (lambda value: 1 <= value <= 50, "from 1 to 50, the size of the stored validation set"),
     "task.control_timestep": (_multiple_of_physics_step, "from 0.01 to 2 s and a multiple of the physics step, 5 ms"),
     "task.goal_radius": (lambda value: 0.1 <= value <= 2, "from 0.1 to 2 m"),
@@ -338,9 +357,15 @@ def check(config: TrainConfig | EvaluateConfig) -> None:
             raise UserError(f"{name} must be a finite number, not {value}")
         if value is not None and not is_right(value):
             raise UserError(f"{name} must be {wanted}, not {value}")
+    _check_cameras(config.record)
     if isinstance(config, TrainConfig):
         _check_buffer(config.agent)
         _check_assistance(config.agent)
+
+
+def _check_cameras(record: RecordConfig | RecordEvaluationConfig) -> None:
+    if record.cameras and not record.every and not getattr(record, "only", []):
+        raise UserError("record.cameras adds pictures to recordings, and none is made: record.every=1 records all")
 
 
 # Without a controller they would do nothing.

@@ -14,7 +14,15 @@ import gymnasium
 import numpy as np
 from omegaconf import OmegaConf
 
-from asddpg.build import action_bounds, check_device, controller_for, make_agent, make_environment, prepare_torch
+from asddpg.build import (
+    action_bounds,
+    check_device,
+    controller_for,
+    make_agent,
+    make_cameras,
+    make_environment,
+    prepare_torch,
+)
 from asddpg.compose import BASELINES, evaluate_config, option_names, train_config
 from asddpg.config import ControllerConfig, EvaluateConfig, RecordEvaluationConfig, TrainConfig
 from asddpg.drivers import FixedDriver, actor_alone, controller_alone, random_actor, with_switch
@@ -101,13 +109,15 @@ def _drive(
     pairs, pairs_name = _pairs(config, trained.task.name, trained.task.goal_radius)
     if not os.access(path.parent, os.W_OK):
         raise UserError(f"{path} cannot be written: the folder is not writable")
+    cameras = make_cameras(config.record, watched(environment))
     title = config.agent or config.driver
     made_with = versions() | {"model_hash": hash_of(environment)}
     settings = config_text(dataclasses.asdict(trained), made_with)
     provenance = provenance_of(trained, settings, made_with, driver=title, pairs=pairs_name, **checkpoint)
     bar = EpisodeBar(len(pairs))
     folder = path.parent / "evaluated_episodes"
-    recorder = Recorder(folder, watched(environment), provenance, _selection(config.record), bar.say)
+    selection = _selection(config.record)
+    recorder = Recorder(folder, watched(environment), provenance, selection, bar.say, cameras=cameras)
     try:
         figures = evaluate(environment, driver, pairs, trained.task.control_timestep, (bar, recorder))
     finally:

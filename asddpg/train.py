@@ -14,7 +14,7 @@ import numpy as np
 
 from asddpg import checkpoint
 from asddpg.agent import AsDDPG
-from asddpg.build import check_device, make_agent, make_environment, prepare_torch
+from asddpg.build import check_device, make_agent, make_cameras, make_environment, prepare_torch
 from asddpg.compose import GROUPS, option_names, train_config
 from asddpg.config import TrainConfig
 from asddpg.drivers import actor_alone
@@ -24,6 +24,7 @@ from asddpg.observers.metrics_log import MetricsLog
 from asddpg.observers.progress import ProgressBar
 from asddpg.observers.step_log import StepLog
 from asddpg.program import python, run
+from asddpg.recording.cameras import Cameras
 from asddpg.recording.recorder import Provenance, Recorder, Selection, each
 from asddpg.run_folder import RunFolder, config_text, new_run_folder, write_json
 from asddpg.streams import stream
@@ -42,6 +43,7 @@ def main(words: Sequence[str]) -> None:
     prepare_torch()
     environment = make_environment(config.task, config.reward)
     agent = make_agent(config, environment)
+    cameras = make_cameras(config.record, watched(environment))
     made_with = versions() | {"model_hash": hash_of(environment)}
     folder.create()
     settings = config_text(dataclasses.asdict(config), made_with)
@@ -49,7 +51,7 @@ def main(words: Sequence[str]) -> None:
     print(f"training {config.agent.name} on {config.task.name}, {config.total_steps} steps, in {folder.path}")
     begun = time.perf_counter()
     try:
-        Training(config, folder, environment, agent, provenance_of(config, settings, made_with)).run()
+        Training(config, folder, environment, agent, provenance_of(config, settings, made_with), cameras).run()
     except KeyboardInterrupt:
         print(f"the run so far, with its last checkpoint, lies in {folder.path}", file=sys.stderr)
         raise
@@ -75,9 +77,10 @@ class Training:
         environment: gymnasium.Env,
         agent: AsDDPG,
         provenance: Provenance,
+        cameras: Cameras | None = None,
     ) -> None:
         self._config, self._folder = config, folder
-        self._provenance = provenance
+        self._provenance, self._cameras = provenance, cameras
         self._environment, self._agent = environment, agent
         # A second one: validating must not disturb the episode in progress or the stream of its goals.
         self._validation_environment = make_environment(config.task, config.reward)
@@ -120,7 +123,8 @@ class Training:
         wanted = self._config.record
         selection = Selection(each(wanted.every), keep=wanted.keep)
         environment = watched(self._environment)
-        return Recorder(self._folder.episodes, environment, self._provenance, selection, self._bar.say)
+        folder = self._folder.episodes
+        return Recorder(folder, environment, self._provenance, selection, self._bar.say, cameras=self._cameras)
 
     def _validate(self, steps: int) -> None:
         config = self._config

@@ -1,11 +1,11 @@
-"""Offscreen pictures of a scene, by EGL where nothing else is asked for.
+"""Offscreen pictures of a scene; gl_context.py says by what.
 
-The graphics library is loaded with the first picture: training that renders nothing needs none.
+The graphics library is loaded with the first renderer: training that renders nothing needs none. Keep one renderer, in
+one thread: another thread's use of it fails, and a process forked after the first picture hangs in its own first.
 """
 
 import atexit
 import functools
-import importlib
 import os
 import weakref
 from typing import Any
@@ -15,11 +15,11 @@ import numpy as np
 import numpy.typing as npt
 
 from tasks.errors import TaskError
+from tasks.gl_context import graphics_missing, open_context
 
 Picture = npt.NDArray[np.uint8]
 
 FREE = "free"
-BACKENDS = {"": "mujoco.egl", "egl": "mujoco.egl", "osmesa": "mujoco.osmesa", "glfw": "mujoco.glfw"}
 
 
 class OffscreenRenderer:
@@ -38,27 +38,30 @@ class OffscreenRenderer:
             )
         self._model = model
         self._rect = mujoco.MjrRect(0, 0, width, height)
-        self._context: Any = _open_context(width, height)
+        self._context: Any = open_context(width, height)
         self._scene = mujoco.MjvScene(model, maxgeom=2000)
         self._options = mujoco.MjvOption()
         self._options.flags[mujoco.mjtVisFlag.mjVIS_RANGEFINDER] = 0
-        self._mjr = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+        try:
+            self._mjr = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+        except mujoco.FatalError as error:  # OpenGL without the functions that MuJoCo needs
+            raise graphics_missing(os.environ.get("MUJOCO_GL", "").strip().lower() or "egl", error) from error
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._mjr)
         # Registered after the library's own exit handler and so run before it: a context freed later raises.
         self._at_exit = functools.partial(_close_if_alive, weakref.ref(self))
         atexit.register(self._at_exit)
 
-    def render(self, data: mujoco.MjData, camera: str | int) -> Picture:
+    def render(self, data: mujoco.MjData, camera: str | int | mujoco.MjvCamera) -> Picture:
         """The scene as a camera sees it.
 
         Args:
             data: state of the scene.
-            camera: name or number of a camera; `free` or −1 is the model's own overall view.
+            camera: name or number of a camera, `free` or −1 for the model's own overall view, or a view of one's own.
 
         Returns:
             uint8 (height, width, 3), first row on top.
         """
-        view = self._view(camera)
+        view = camera if isinstance(camera, mujoco.MjvCamera) else self._view(camera)
         self._context.make_current()
         everything = mujoco.mjtCatBit.mjCAT_ALL
         mujoco.mjv_updateScene(self._model, data, self._options, None, view, everything, self._scene)
@@ -88,21 +91,6 @@ class OffscreenRenderer:
             self._context.free()
             self._context = None
             atexit.unregister(self._at_exit)
-
-
-def _open_context(width: int, height: int) -> Any:
-    asked_for = os.environ.get("MUJOCO_GL", "").strip().lower()
-    if asked_for not in BACKENDS:
-        raise TaskError(f"MUJOCO_GL={asked_for} renders no pictures; egl, osmesa and glfw do")
-    try:
-        context = importlib.import_module(BACKENDS[asked_for]).GLContext(width, height)
-        context.make_current()
-    except (ImportError, AttributeError, RuntimeError) as error:
-        raise TaskError(
-            f"pictures need a graphics library that works ({asked_for or 'egl'}: {error}); on Debian: "
-            "apt-get install --no-install-recommends libegl1 libgl1 libgl1-mesa-dri"
-        ) from error
-    return context
 
 
 def _close_if_alive(renderer: "weakref.ref[OffscreenRenderer]") -> None:

@@ -1,4 +1,4 @@
-"""Speed: `python -m tools.bench`, or some of its parts by name.
+"""Speed: `python -m tools.bench`, or some of its parts, such as `python -m tools.bench environment rooms`.
 
 Ratios are taken within one process, its parts in turn, so that the machine's mood touches both alike.
 
@@ -12,7 +12,7 @@ front for actor and critic, which is not its default.
 
 `timestep`: cost and accuracy of physics steps of 1, 2, 5 and 10 ms. `laser`: cost of a scan of 40 and of 682 beams.
 `rooms`: cost of a control step in each room. `reset`: cost of a new start and goal. `recording`: CPU a step and room on
-the disk of episodes recorded for Foxglove.
+the disk of episodes recorded for Foxglove. `rendering`: cost of a picture.
 """
 
 import time
@@ -33,7 +33,7 @@ from asddpg.loop import run_episode
 from asddpg.networks import Features
 from asddpg.program import run
 from tasks.constants import CONTROL_TIMESTEP, TRACK, WHEEL_RADIUS
-from tools import bench_physics, bench_recording
+from tools import bench_physics, bench_recording, bench_rendering
 
 ROUNDS = 25
 
@@ -197,6 +197,7 @@ def main(words: Any) -> None:
         "rooms": bench_physics.rooms,
         "reset": bench_physics.reset,
         "recording": bench_recording.recording,
+        "rendering": bench_rendering.rendering,
     }
     for name in words or parts:
         if name not in parts:

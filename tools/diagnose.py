@@ -25,6 +25,7 @@ from tasks.fresh_pairs import stored_pairs
 from tasks.obstacles import Obstacles
 from tools.diagnosis import Diagnosis, Examination, Snapshot, as_json, diagnosis_of
 from tools.option_words import options_in
+from tools.plots_extra import check_matplotlib
 from tools.training_figures import training_of
 
 LARGEST = {"every": 10_000, "episodes": 50}
@@ -62,7 +63,7 @@ def main(words: Sequence[str]) -> None:
     folder = open_run_folder(asked.run)
     config, made_with = read_training(folder.config)
     config.device = "cpu"
-    _check_matplotlib()
+    check_matplotlib()  # before the driving, which takes minutes
     prepare_torch()
     environment = make_environment(config.task, config.reward)
     agent = make_agent(config, environment)
@@ -114,14 +115,6 @@ def _examined(examination: Examination, agent: AsDDPG, path: Path) -> Snapshot:
     shares = [f"{name} reaches {figures.reach_rate.value:.2f}" for name, figures in reached.items() if figures]
     print(f"step {snapshot.step}: {', '.join(shares)}", flush=True)
     return snapshot
-
-
-def _check_matplotlib() -> None:
-    """Before the driving, which takes minutes."""
-    try:
-        import matplotlib  # noqa: F401
-    except ImportError as error:
-        raise UserError("plots need matplotlib, which is not installed: pip install 'asddpg[plots]'") from error
 
 
 def _draw(diagnosis: Diagnosis, obstacles: Obstacles, examination: Examination, folder: Path) -> None:

@@ -8,24 +8,23 @@ The first word is a task, `pioneer` for the robot alone, or a path to any .xml s
   shadows=true       or false, as observers of the tasks see it
 """
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import mujoco
 import numpy as np
 from PIL import Image
 
 import tasks
 from asddpg.errors import UserError
 from asddpg.program import run
-from tasks.rendering import FREE, OffscreenRenderer, Picture
+from tasks.headless import mujoco
+from tasks.rendering import FREE, Picture
 from tasks.scenes import load_model
+from tools.pictures import open_renderer, picture_file, picture_size, write
 from tools.scene_words import ROBOT, scene_file
 
 OPTIONS = ("camera", "file", "size", "shadows")
-LARGEST = 4096  # px
 SHADOW_SIZE = 8192  # px of the shadow's map: fine enough for a whole room
 SEED = 3  # of the goal in a task's picture
 
@@ -59,19 +58,9 @@ def wish(words: Sequence[str]) -> Wish:
             raise UserError(f"{name} is given twice, as {options[name]} and {value}")
         options[name] = value
     camera = options.get("camera", "portrait" if plain[0] == ROBOT else FREE)
-    file = Path(options.get("file", f"{Path(plain[0]).stem}_{camera}.png"))
-    if file.suffix.lower() not in (".png", ".jpg", ".jpeg"):
-        raise UserError(f"the picture's file must end in .png or .jpg, not {file.name!r}")
-    width, height = _size(options.get("size", "1280x800"))
+    file = picture_file(options.get("file", f"{Path(plain[0]).stem}_{camera}.png"))
+    width, height = picture_size(options.get("size", "1280x800"))
     return Wish(plain[0], camera, file, width, height, _truth("shadows", options.get("shadows", "true")))
-
-
-def _size(value: str) -> tuple[int, int]:
-    match = re.fullmatch(r"(\d{1,5})x(\d{1,5})", value)
-    width, height = (int(match[1]), int(match[2])) if match else (0, 0)
-    if not (0 < width <= LARGEST and 0 < height <= LARGEST):
-        raise UserError(f"size must be as in 1280x800, at most {LARGEST}x{LARGEST} px, not {value!r}")
-    return width, height
 
 
 def _truth(name: str, value: str) -> bool:
@@ -83,10 +72,8 @@ def _truth(name: str, value: str) -> bool:
 def render(asked: Wish) -> Picture:
     """The picture, uint8 (height, width, 3)."""
     model, data = _state(asked.scene)
-    limits = model.vis.global_
-    limits.offwidth, limits.offheight = max(limits.offwidth, asked.width), max(limits.offheight, asked.height)
     _set_shadows(model, data, asked.shadows)
-    renderer = OffscreenRenderer(model, asked.width, asked.height)
+    renderer = open_renderer(model, asked.width, asked.height)
     try:
         return renderer.render(data, asked.camera)
     finally:
@@ -122,12 +109,7 @@ def _state(scene: str) -> tuple[mujoco.MjModel, mujoco.MjData]:
 def main(words: Sequence[str]) -> None:
     """Render and write."""
     asked = wish(words)
-    picture = render(asked)
-    try:
-        Image.fromarray(picture).save(asked.file)
-    except OSError as error:
-        raise UserError(f"the picture {asked.file} cannot be written: {error}") from error
-    print(f"written to {asked.file}")
+    write(Image.fromarray(render(asked)), asked.file)
 
 
 if __name__ == "__main__":

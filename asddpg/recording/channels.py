@@ -1,5 +1,6 @@
 """A recording's channels: one set a process, from which files and the live view take their messages."""
 
+from collections.abc import Callable
 from typing import Any
 
 import foxglove
@@ -11,7 +12,7 @@ from foxglove.channels import (
     PoseInFrameChannel,
     SceneUpdateChannel,
 )
-from foxglove.messages import FrameTransforms, LaserScan, Odometry
+from foxglove.messages import CompressedImage, CompressedVideo, FrameTransforms, LaserScan, Odometry, Timestamp
 
 from asddpg.recording import topics
 
@@ -39,7 +40,14 @@ class Channels:
         self.step = self._json(topics.STEP, topics.STEP_SCHEMA)
         self.outcome = self._json(topics.OUTCOME, topics.OUTCOME_SCHEMA)
         kind: Any = CompressedVideoChannel if video else CompressedImageChannel
-        self.cameras = {name: kind(f"{topics.CAMERA}{name}", context=context) for name in cameras}
+        self._as_message: Callable[..., Any] = CompressedVideo if video else CompressedImage
+        self._format = "h264" if video else "jpeg"
+        self._cameras = {name: kind(f"{topics.CAMERA}{name}", context=context) for name in cameras}
+
+    def log_picture(self, camera: str, picture: bytes, stamp: Timestamp, time: int) -> None:
+        """Tell what a camera saw, encoded, at a simulated time in ns."""
+        message = self._as_message(timestamp=stamp, frame_id=camera, data=picture, format=self._format)
+        self._cameras[camera].log(message, log_time=time)
 
     def _encoded(self, topic: str, schema: foxglove.Schema) -> BaseChannel:
         """For messages that come as bytes, from a Template."""

@@ -1,5 +1,7 @@
 """What there is to tell of an instant: read at once, told when there is time for it."""
 
+from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol
 
 from asddpg.types import Observation, Step
@@ -9,6 +11,7 @@ from tasks.state_digest import state_digest
 
 NANOSECONDS = 1_000_000_000
 _MICROSECOND = 1_000  # ns
+_NO_PICTURES: Mapping[str, bytes] = MappingProxyType({})
 
 
 class Watched(Protocol):
@@ -23,6 +26,13 @@ class Watched(Protocol):
         """Scans and beams at the head of the observation."""
 
 
+class TakesPictures(Protocol):
+    """Cameras that look at what is watched."""
+
+    def take(self, is_first: bool) -> Mapping[str, bytes]:
+        """What each sees now, encoded; `is_first` in an episode."""
+
+
 class Moment(NamedTuple):
     """The end of a step, or the beginning of an episode."""
 
@@ -33,13 +43,14 @@ class Moment(NamedTuple):
     bodies: FloatArray  # (nbody, 7), BodyFrames.sample
     goal: tuple[float, float]  # m, world frame
     digest: int  # of the physical state
+    pictures: Mapping[str, bytes] = _NO_PICTURES  # by camera, encoded
 
 
 class MomentReader:
     """Reads an environment and changes nothing in it."""
 
-    def __init__(self, environment: Watched) -> None:
-        self._physics = environment.physics
+    def __init__(self, environment: Watched, cameras: TakesPictures | None = None) -> None:
+        self._physics, self._cameras = environment.physics, cameras
         self.frames = BodyFrames(self._physics.model.ptr)
         self._number = -1
 
@@ -64,4 +75,5 @@ class MomentReader:
             bodies=self.frames.sample(data),
             goal=physics.goal(),
             digest=state_digest(data),
+            pictures=self._cameras.take(is_first=step is None) if self._cameras else _NO_PICTURES,
         )

@@ -50,6 +50,7 @@ class Publisher:
         channels.outcome.log(outcome_json(None), time)
         self._tell_goal(moment.goal)
         ((x, y),) = self._tell_states([moment])
+        self._tell_pictures(moment)
         self._path.begin((x, y))
         channels.path.log(self._path.message(), log_time=time)
         self.say(f"from ({x:.2f}, {y:.2f}) to the goal ({self._goal[0]:.2f}, {self._goal[1]:.2f})")
@@ -64,6 +65,7 @@ class Publisher:
             channels.cmd_vel.log(cmd_vel_json(moment), time)
             if moment.goal != self._goal:
                 self._tell_goal(moment.goal)
+            self._tell_pictures(moment)
             self._path.extend(moment.step.decision.driver.value, place)
             if moment.number % STEPS_BETWEEN_PATHS == 0:
                 channels.path.log(self._path.message(), log_time=time)
@@ -100,6 +102,10 @@ class Publisher:
             channels.scan.log(scan, time)
             channels.odom.log(motion, time)
             yield x, y
+
+    def _tell_pictures(self, moment: Moment) -> None:
+        for camera, picture in moment.pictures.items():
+            self._channels.log_picture(camera, picture, timestamp(self._time), self._time)
 
     def _tell_goal(self, goal: tuple[float, float]) -> None:
         self._goal = goal

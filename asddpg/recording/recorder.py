@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, SupportsFloat
 
+from asddpg.recording.cameras import Cameras
 from asddpg.recording.channels import Channels
 from asddpg.recording.mcap_file import RecordingFile, pack
 from asddpg.recording.moments import Moment, MomentReader, Watched
@@ -60,6 +61,7 @@ class Recorder:
         selection: Selection,
         say: Callable[[str], None],
         first_step: int = 0,
+        cameras: Cameras | None = None,
     ) -> None:
         """Record into a folder.
 
@@ -70,11 +72,12 @@ class Recorder:
             selection: which episodes.
             say: told once if recording fails.
             first_step: training steps that were made before.
+            cameras: whose pictures are recorded too.
         """
         self._folder, self._facts, self._selection, self._say = folder, provenance.facts, selection, say
         self._config = pack(provenance.config)
-        self._channels = Channels()
-        self._reader = MomentReader(environment)
+        self._channels = Channels(cameras.names, cameras.is_video) if cameras else Channels()
+        self._reader = MomentReader(environment, cameras)
         self._publisher = Publisher(self._channels, environment, self._reader)
         self._file: RecordingFile | None = None
         self._waiting: list[Moment] = []

@@ -1,0 +1,40 @@
+"""Cost of pictures: a part of tools.bench."""
+
+import time
+
+import numpy as np
+
+import tasks
+from tasks.physics import Physics
+from tasks.rendering import OffscreenRenderer
+from tasks.scenes import TASK_CAMERAS
+
+WIDTH, HEIGHT = 320, 240  # px
+RUNS, FRAMES = 7, 20
+BAR = 20.0  # ms
+
+
+def rendering() -> None:
+    """Print the processor's time for a picture of nav_complex; with software EGL that is all of its time."""
+    environment = tasks.load("nav_complex", random=0)
+    environment.reset()
+    physics = environment.physics
+    renderer = OffscreenRenderer(physics.model.ptr, WIDTH, HEIGHT)
+    try:
+        for camera in TASK_CAMERAS:
+            renderer.render(physics.data.ptr, camera)
+            runs = [_milliseconds(renderer, physics, camera) for _ in range(RUNS)]
+            print(
+                f"{camera}, {WIDTH}x{HEIGHT}: {np.median(runs):.1f} ms of CPU a picture (bar: under {BAR:g}; runs "
+                f"{min(runs):.1f} to {max(runs):.1f})"
+            )
+    finally:
+        renderer.close()
+
+
+def _milliseconds(renderer: OffscreenRenderer, physics: Physics, camera: str) -> float:
+    """Of all threads together."""
+    begun = time.process_time()
+    for _ in range(FRAMES):
+        renderer.render(physics.data.ptr, camera)
+    return (time.process_time() - begun) / FRAMES * 1e3

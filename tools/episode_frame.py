@@ -1,0 +1,72 @@
+"""A picture of a moment of a recorded episode: `python -m tools.episode_frame FILE step=12`.
+
+The recorded actions are run again, so any camera can look at it, whether or not pictures were recorded. Options:
+
+  step=last          how many steps have been made: 0 for the beginning, last for the end
+  time=2.4           the same in simulated seconds
+  camera=chase       chase, onboard, top, or free for the whole room
+  file=here.png      where the picture goes; <recording>_<camera>_<step>.png by itself
+  size=1280x800      in pixels
+  caption=true       or false
+"""
+
+import math
+from collections.abc import Sequence
+
+from PIL import Image
+
+from asddpg.errors import UserError
+from asddpg.program import run
+from asddpg.recording.caption import captioned
+from asddpg.recording.scene_messages import DRIVER_COLOURS
+from tools.episode_states import EpisodeStates
+from tools.pictures import open_renderer, picture_file, picture_size, write
+from tools.recording_words import single
+
+OPTIONS = ("step", "time", "camera", "file", "size", "caption")
+
+
+def main(words: Sequence[str]) -> None:
+    """Run the episode up to that moment, render, write."""
+    recording, options = single(words, OPTIONS)
+    camera = options.get("camera", "chase")
+    width, height = picture_size(options.get("size", "1280x800"))
+    given = picture_file(options["file"]) if "file" in options else None
+    if options.get("caption", "true") not in ("true", "false"):
+        raise UserError(f"caption must be true or false, not {options['caption']!r}")
+    states = EpisodeStates(recording)
+    count = _count(options, states)
+    step = states.go_to(count)
+    renderer = open_renderer(states.physics.model.ptr, width, height)
+    try:
+        image = Image.fromarray(renderer.render(states.physics.data.ptr, camera))
+    finally:
+        renderer.close()
+    if options.get("caption", "true") == "true":
+        image = captioned(image, states.caption(count, step), DRIVER_COLOURS.get(step["driver"]) if step else None)
+    write(image, given or picture_file(f"{recording.path.stem}_{camera}_{count}.png"))
+
+
+def _count(options: dict[str, str], states: EpisodeStates) -> int:
+    """How many steps are made before the picture."""
+    if "step" in options and "time" in options:
+        raise UserError("step= and time= name the same: give one of them")
+    if "time" in options:
+        return round(_number("time", options["time"]) / states.time(1))
+    step = options.get("step", "last")
+    return len(states.steps) if step == "last" else round(_number("step", step))
+
+
+def _number(name: str, value: str) -> float:
+    try:
+        number = float(value)
+    except ValueError:
+        number = math.nan
+    if not 0 <= number < 1e6 or (name == "step" and number != int(number)):
+        wanted = "seconds, as in time=2.4" if name == "time" else "a number of steps, as in step=12, or last"
+        raise UserError(f"{name} must be {wanted}, not {value!r}")
+    return number
+
+
+if __name__ == "__main__":
+    run(main, str(__doc__))

@@ -1,0 +1,98 @@
+"""A recorded episode's signals over time: `python -m tools.episode_plot FILE`.
+
+Speeds commanded and driven, distance to the goal, what the critic said, reward by its terms, exploration noise, and in
+the background who drove; what the recording does not hold is left out. Options:
+
+  file=here.png      where the plot goes; <recording>_plot.png by itself
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import yaml
+
+from asddpg.errors import UserError
+from asddpg.program import run
+from asddpg.recording.reading import Recording
+from asddpg.recording.topics import ODOM
+from tasks.physics import FloatArray
+from tools.pictures import picture_file
+from tools.plots_extra import check_matplotlib
+from tools.recording_words import single
+
+
+@dataclass(frozen=True)
+class Signals:
+    """An episode of n steps over time.
+
+    Attributes:
+        title: which episode, and how it ended.
+        control_timestep: s.
+        drivers: n names.
+        driven: (n + 1, 2), v in m/s and ω in rad/s, at the beginning and at the end of each step.
+        by_name: n values each, NaN where there is none: v, omega, distance, q_policy, q_controller, value, noise_v,
+            noise_omega, as far as they are there.
+        terms: n values for each term of the reward.
+    """
+
+    title: str
+    control_timestep: float
+    drivers: Sequence[str]
+    driven: FloatArray
+    by_name: dict[str, FloatArray]
+    terms: dict[str, FloatArray]
+
+    @property
+    def ends(self) -> FloatArray:
+        """When each step ended, s, after 0 for the beginning: (n + 1,)."""
+        return np.arange(len(self.drivers) + 1, dtype=np.float64) * np.float64(self.control_timestep)
+
+
+def signals_of(recording: Recording) -> Signals:
+    """Read an episode's signals; UserError where it has no steps."""
+    steps = recording.steps()
+    if not steps:
+        raise UserError(f"the recording {recording.path} holds no steps to plot")
+    columns = {
+        **{name: [step["action"][name] for step in steps] for name in ("v", "omega")},
+        **{name: [step[name] for step in steps] for name in ("distance", "q_policy", "q_controller", "value")},
+        **{f"noise_{name}": [(step["noise"] or {}).get(name) for step in steps] for name in ("v", "omega")},
+    }
+    by_name = {name: np.array(values, dtype=float) for name, values in columns.items()}
+    outcome = recording.outcome()["outcome"]
+    facts = recording.facts
+    return Signals(
+        title=f"{facts['task']}, episode {facts['episode']}: {outcome} after {steps[-1]['time']:.1f} s",
+        control_timestep=float(yaml.safe_load(recording.config)["task"]["control_timestep"]),
+        drivers=[step["driver"] for step in steps],
+        driven=np.array([_velocity(message.content) for message in recording.messages(ODOM)][: len(steps) + 1]),
+        by_name={name: values for name, values in by_name.items() if not np.isnan(values).all()},
+        terms={name: np.array([step["terms"].get(name, 0.0) for step in steps]) for name in _term_names(steps)},
+    )
+
+
+def _term_names(steps: Sequence[dict[str, Any]]) -> list[str]:
+    """Of the terms that are ever anything but 0."""
+    return [*dict.fromkeys(name for step in steps for name, term in step["terms"].items() if term)]
+
+
+def _velocity(odometry: Any) -> tuple[float, float]:
+    return odometry.linear_velocity.x, odometry.angular_velocity.z
+
+
+def main(words: Sequence[str]) -> None:
+    """Read, draw, write."""
+    recording, options = single(words, ("file",))
+    file = picture_file(options.get("file", f"{recording.path.stem}_plot.png"), (".png",))
+    check_matplotlib()
+    signals = signals_of(recording)
+    from tools.signal_drawing import draw_signals  # only here: -h and wrong words need no matplotlib
+
+    draw_signals(signals, file)
+    print(f"written to {file}")
+
+
+if __name__ == "__main__":
+    run(main, str(__doc__))

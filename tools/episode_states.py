@@ -1,0 +1,111 @@
+"""A recorded episode's states: its actions are run again, which gives them to the last bit."""
+
+import functools
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+import gymnasium
+import numpy as np
+import yaml
+from omegaconf import OmegaConf
+from omegaconf.errors import OmegaConfBaseException
+
+from asddpg.build import make_environment
+from asddpg.compose import first_line
+from asddpg.config import TrainConfig, check
+from asddpg.errors import UserError
+from asddpg.recording.reading import Recording
+from asddpg.train import watched
+from tasks import ALL_TASKS
+from tasks.gymnasium_adapter import NavigationEnv
+from tasks.state_digest import state_digest
+
+StepRecord = dict[str, Any]  # what /step says
+
+
+class EpisodeStates:
+    """Runs an episode again.
+
+    Attributes:
+        config: what the recording was made with.
+        environment: stands where the iteration has come to.
+        steps: what the recording says of each step.
+        outcome: how the episode ended; running where the recording was cut off.
+    """
+
+    def __init__(self, recording: Recording) -> None:
+        """Open the room of a recording.
+
+        Raises:
+            UserError: the recording is damaged, or of a version with other options or tasks.
+        """
+        self.recording = recording
+        try:
+            self.config, self._physical = _opened(recording.config)
+        except (yaml.YAMLError, AttributeError, OmegaConfBaseException, UserError) as error:
+            raise UserError(f"{recording.path} is not of this version: {first_line(error)}") from error
+        self.environment: NavigationEnv = watched(self._physical)
+        self.steps = recording.steps()
+        self.outcome = str(recording.outcome()["outcome"])
+
+    @property
+    def physics(self) -> Any:
+        """The scene, as it stands."""
+        return self.environment.physics
+
+    @property
+    def title(self) -> str:
+        """Which episode this is."""
+        facts = self.recording.facts
+        return f"{facts['task']}, episode {int(facts['episode'])}"
+
+    def time(self, count: int) -> float:
+        """Simulated seconds after so many steps."""
+        return count * self.config.task.control_timestep
+
+    def caption(self, count: int, step: StepRecord | None) -> str:
+        """The moment after so many steps, in a line."""
+        text = f"{self.title} · step {count}, {self.time(count):.1f} s"
+        if count == len(self.steps):
+            return f"{text} · {self.outcome}"
+        return f"{text} · {step['driver']} drives" if step else f"{text} · start"
+
+    def __iter__(self) -> Iterator[tuple[int, StepRecord | None]]:
+        """From the beginning, 0 and None, to the end: how many steps have been made, and the last of them."""
+        self._physical.reset(options={"start": self.recording.start, "goal": self.recording.goal})
+        yield 0, None
+        is_same = True
+        for count, step in enumerate(self.steps, 1):
+            self._physical.step(np.array([step["action"]["v"], step["action"]["omega"]], dtype=np.float32))
+            if is_same and state_digest(self.physics.data.ptr) != step["digest"]:
+                is_same = False
+                print(
+                    f"note: run again, {self.recording.path.name} goes another way from step {count} on: it was made "
+                    "on another machine or with other versions",
+                    file=sys.stderr,
+                )
+            yield count, step
+
+    def go_to(self, count: int) -> StepRecord | None:
+        """Run up to the end of that many steps, and return the last of them."""
+        for reached, step in self:
+            if reached == count:
+                return step
+        raise UserError(
+            f"the episode in {self.recording.path} has {len(self.steps)} steps, {self.time(len(self.steps)):.1f} s; "
+            f"there is no step {count}"
+        )
+
+
+@functools.lru_cache(maxsize=1)  # the episodes of a folder are of one room, and opening the office takes a second
+def _opened(settings: str) -> tuple[TrainConfig, gymnasium.Env]:
+    """A recording's configuration, and the environment of it."""
+    values = yaml.safe_load(settings)
+    values.pop("made_with", None)
+    config = OmegaConf.to_object(OmegaConf.merge(OmegaConf.structured(TrainConfig), values))
+    assert isinstance(config, TrainConfig)
+    check(config)
+    if config.task.name not in ALL_TASKS:
+        raise UserError(f"there is no task {config.task.name!r}")
+    return config, make_environment(config.task, config.reward)
