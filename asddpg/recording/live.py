@@ -25,6 +25,7 @@ HOST = "127.0.0.1"
 GAP = 1.0  # s of the viewer's time between two episodes: long enough to see how the first one ended
 _LATE = 0.1  # s behind the clock from which on time is let go rather than caught up
 _LONGEST_WAIT = 3600.0  # s
+_LAST_WORDS = 0.2  # s for what was told last to be sent
 
 
 class LiveView:
@@ -53,7 +54,8 @@ class LiveView:
         self._listener = LiveListener(self._controls, self._refuse)
         self._pace = _Pace()
         self._episode: Episode | None = None
-        self._server: WebSocketServer | None = None
+        self._is_closed = False
+        self._server: WebSocketServer | None = None  # while it is made, viewers may already ask for something
         self._server = _serve(port, channels.context, self._listener)
 
     @property
@@ -102,10 +104,14 @@ class LiveView:
         self._publisher.begins_at += round((self._physics.data.ptr.time + GAP) * NANOSECONDS)
 
     def close(self) -> None:
-        """Let the viewers go."""
-        if self._server is not None:
-            self._server.stop()
-            self._server = None
+        """Let the viewers go, and whoever waits for one; may be called again."""
+        if self._is_closed or self._server is None:
+            return
+        if self._listener.is_watched:
+            time.sleep(_LAST_WORDS)
+        self._is_closed = True
+        self._server.stop()
+        self._controls.woken.set()
 
     # Showing ------------------------------------------------------------------------------------------------------
 
@@ -146,6 +152,8 @@ class LiveView:
 
     def _rest(self, seconds: float) -> float:
         """Seconds still to wait."""
+        if self._is_closed:
+            return 0.0
         if not self._listener.is_watched:
             return 0.0 if self._steering is None else math.inf
         if self._controls.paused:

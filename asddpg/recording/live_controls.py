@@ -82,8 +82,10 @@ class LiveControls:
 
     def take_step(self) -> bool:
         """Whether a single step was asked for; it is then no more."""
-        asked, self.step_once = self.step_once, False
-        return asked
+        if not self.step_once:
+            return False  # and nothing is written: it might be asked for at this very moment
+        self.step_once = False
+        return True
 
     # Setters ------------------------------------------------------------------------------------------------------
 

@@ -29,8 +29,10 @@ class LiveListener(ServerListener):
 
     def take_newcomer(self) -> bool:
         """Whether somebody has subscribed to something since this was last asked."""
-        has_newcomer, self._has_newcomer = self._has_newcomer, False
-        return has_newcomer
+        if not self._has_newcomer:
+            return False  # and nothing is written: somebody might come at this very moment
+        self._has_newcomer = False
+        return True
 
     # Subscriptions ------------------------------------------------------------------------------------------------
 
