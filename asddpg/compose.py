@@ -13,12 +13,12 @@ from hydra.errors import HydraException
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
-from asddpg.config import EvaluateConfig, TrainConfig, check
+from asddpg.config import EvaluateConfig, PlayConfig, TrainConfig, check
 from asddpg.errors import UserError
 from tasks import ALL_TASKS
 from tasks.rewards import REWARDS
 
-Config = TypeVar("Config", TrainConfig, EvaluateConfig)
+Config = TypeVar("Config", TrainConfig, EvaluateConfig, PlayConfig)
 
 GROUPS = {
     "task": ALL_TASKS,
@@ -43,15 +43,24 @@ def train_config(words: Sequence[str]) -> TrainConfig:
 
 def evaluate_config(words: Sequence[str]) -> EvaluateConfig:
     """The configuration of an evaluation; UserError where a word is wrong."""
-    overrides = _checked_overrides(words, EvaluateConfig, {})
+    return _without_groups(words, EvaluateConfig)
 
-    def without_groups() -> DictConfig:
-        config: DictConfig = OmegaConf.structured(EvaluateConfig)
+
+def play_config(words: Sequence[str]) -> PlayConfig:
+    """The configuration of episodes to play; UserError where a word is wrong."""
+    return _without_groups(words, PlayConfig)
+
+
+def _without_groups(words: Sequence[str], kind: type[Config]) -> Config:
+    overrides = _checked_overrides(words, kind, {})
+
+    def composed() -> DictConfig:
+        config: DictConfig = OmegaConf.structured(kind)
         for override in overrides:
             OmegaConf.update(config, override.key_or_group, override.value())
         return config
 
-    return _finished(without_groups, EvaluateConfig)
+    return _finished(composed, kind)
 
 
 def _finished(composing: Callable[[], DictConfig], kind: type[Config]) -> Config:

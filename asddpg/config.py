@@ -1,4 +1,4 @@
-"""Every option of a training run and of an evaluation, its default and its range."""
+"""Every option of a training, of an evaluation and of episodes that are played, its default and its range."""
 
 import math
 from collections.abc import Callable
@@ -223,11 +223,17 @@ class TrainConfig:
     run_dir: str | None = None
     # cpu, cuda or cuda:<n>.
     device: str = "cpu"
+    # Whether Foxglove can watch, over a WebSocket of this machine. It changes nothing that is learned.
+    live: bool = False
+    # Of the WebSocket; 0 takes a free one.
+    port: int = 8765
+    # Simulated seconds a second while somebody watches; 0 goes as fast as it can.
+    speed: float = 0.0
 
 
 @dataclass
-class EvaluateConfig:
-    """`python -m asddpg.evaluate`."""
+class DrivingConfig:
+    """Who is to drive, and where."""
 
     # Folder of a training run, or pretrained:<name>; null with agent=controller or agent=random.
     run: str | None = None
@@ -240,11 +246,39 @@ class EvaluateConfig:
     # null takes the run's.
     task: str | None = None
     controller: ControllerConfig = field(default_factory=ControllerConfig)
+    device: str = "cpu"
+
+
+@dataclass
+class EvaluateConfig(DrivingConfig):
+    """`python -m asddpg.evaluate`."""
+
     episodes: int = 200
     # Of freshly drawn start-goal pairs; null takes the stored test set.
     seed: int | None = None
     record: RecordEvaluationConfig = field(default_factory=RecordEvaluationConfig)
-    device: str = "cpu"
+
+
+@dataclass
+class PlayConfig(DrivingConfig):
+    """`python -m asddpg.play`; `driver` may also be controller, the run's own alone."""
+
+    # null drives 3, and with live=true until Ctrl-C.
+    episodes: int | None = None
+    # Of the starts and goals; null draws one, which is printed.
+    seed: int | None = None
+    # Into played_episodes/.
+    record: RecordEvaluationConfig = field(default_factory=lambda: RecordEvaluationConfig(every=1))
+    # A film of the episodes, .mp4; null makes none.
+    video: str | None = None
+    # Whose pictures the film shows: a camera of the scene, or free for the whole of it.
+    camera: str = "chase"
+    # Whether Foxglove can watch and steer, over a WebSocket of this machine.
+    live: bool = False
+    # Of the WebSocket; 0 takes a free one.
+    port: int = 8765
+    # Simulated seconds a second when live; 0 goes as fast as it can.
+    speed: float = 1.0
 
 
 def _positive(value: float) -> bool:
@@ -342,16 +376,23 @@ RULES: dict[str, Rule] = {
     "exploration.final_scale": _SHARE,
     "checkpoint": (lambda value: value in ("last", "best"), "last or best"),
     "driver": (lambda value: value in ("actor", "switch"), "actor or switch"),
+    "port": (lambda value: 0 <= value <= 65_535, "from 0 to 65535"),
+    "speed": _NOT_NEGATIVE,
+}
+
+PLAY_RULES: dict[str, Rule] = {
+    "driver": (lambda value: value in ("actor", "switch", "controller"), "actor, switch or controller"),
 }
 
 
-def check(config: TrainConfig | EvaluateConfig) -> None:
+def check(config: TrainConfig | EvaluateConfig | PlayConfig) -> None:
     """Check every value against its range.
 
     Raises:
         UserError: the first value out of range, named with the range.
     """
-    for name, (is_right, wanted) in RULES.items():
+    rules = RULES | PLAY_RULES if isinstance(config, PlayConfig) else RULES
+    for name, (is_right, wanted) in rules.items():
         value = _lookup(config, name)
         if isinstance(value, float) and not math.isfinite(value):
             raise UserError(f"{name} must be a finite number, not {value}")

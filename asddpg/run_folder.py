@@ -21,7 +21,8 @@ class RunFolder:
     """Paths of a run.
 
     `config.yaml` resolved configuration and what the run was made with · `metrics.csv` a row an episode ·
-    `validation.csv` a row a validation · `episodes/` recordings of the training, `evaluated_episodes/` of evaluations ·
+    `validation.csv` a row a validation · `episodes/` recordings of the training, `evaluated_episodes/` of evaluations,
+    `played_episodes/` of those that were played ·
     `timing.csv`, `resources.json` time and memory · `tensorboard/` · `steps.npz` a row a training step ·
     `checkpoints/{last,best}/agent.pt`, and `checkpoints/step_<n>/agent.pt` at each validation · `test.json` the test
     that ends the training · `evaluation.json` what asddpg.evaluate found last · `diagnosis/` what tools.diagnose found.

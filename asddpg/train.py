@@ -25,9 +25,12 @@ from asddpg.observers.progress import ProgressBar
 from asddpg.observers.step_log import StepLog
 from asddpg.program import python, run
 from asddpg.recording.cameras import Cameras
+from asddpg.recording.how_to_open import how_to_watch
+from asddpg.recording.live import LiveView
 from asddpg.recording.recorder import Provenance, Recorder, Selection, each
 from asddpg.run_folder import RunFolder, config_text, new_run_folder, write_json
 from asddpg.streams import stream
+from asddpg.types import Observer
 from tasks.fresh_pairs import stored_pairs
 from tasks.gymnasium_adapter import NavigationEnv
 from tasks.scenes import model_hash
@@ -45,16 +48,23 @@ def main(words: Sequence[str]) -> None:
     agent = make_agent(config, environment)
     cameras = make_cameras(config.record, watched(environment))
     made_with = versions() | {"model_hash": hash_of(environment)}
+    live = LiveView(watched(environment), config.port, config.speed) if config.live else None
     folder.create()
     settings = config_text(dataclasses.asdict(config), made_with)
     folder.config.write_text(settings, encoding="utf-8")
     print(f"training {config.agent.name} on {config.task.name}, {config.total_steps} steps, in {folder.path}")
+    if live is not None:
+        print(how_to_watch(live.port))
     begun = time.perf_counter()
     try:
-        Training(config, folder, environment, agent, provenance_of(config, settings, made_with), cameras).run()
+        provenance = provenance_of(config, settings, made_with)
+        Training(config, folder, environment, agent, provenance, cameras, live).run()
     except KeyboardInterrupt:
         print(f"the run so far, with its last checkpoint, lies in {folder.path}", file=sys.stderr)
         raise
+    finally:
+        if live is not None:
+            live.close()
     seconds = time.perf_counter() - begun
     if config.test_episodes:
         tested = test(config, folder, environment, agent)
@@ -77,10 +87,11 @@ class Training:
         environment: gymnasium.Env,
         agent: AsDDPG,
         provenance: Provenance,
-        cameras: Cameras | None = None,
+        cameras: Cameras | None,
+        live: LiveView | None,
     ) -> None:
         self._config, self._folder = config, folder
-        self._provenance, self._cameras = provenance, cameras
+        self._provenance, self._cameras, self._live = provenance, cameras, live
         self._environment, self._agent = environment, agent
         # A second one: validating must not disturb the episode in progress or the stream of its goals.
         self._validation_environment = make_environment(config.task, config.reward)
@@ -97,7 +108,9 @@ class Training:
         step_log = StepLog(self._folder.steps)
         self._bar = ProgressBar(config.total_steps)
         recorder = self._recorder()
-        observers = (log, step_log, self._bar, recorder)
+        observers: list[Observer] = [log, step_log, self._bar, recorder]
+        if self._live is not None:
+            observers.append(self._live)
         steps, validated = 0, 0
         try:
             while steps < config.total_steps:

@@ -9,6 +9,7 @@ from gymnasium import spaces
 from tasks import constants
 from tasks.errors import TaskError
 from tasks.navigation import GOAL_BOUND, VELOCITY_BOUNDS, NavigationConfig
+from tasks.obstacles import Obstacles
 from tasks.outcomes import Outcome
 from tasks.physics import FloatArray, Pose
 from tasks.registry import ALL_TASKS, load
@@ -65,6 +66,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         self._picture = (camera, width, height)
         self._renderer: OffscreenRenderer | None = None
         self._begun = False
+        self._obstacles: Obstacles | None = None  # of the room; worked out when first asked for
         limits = self._task.action_spec(self._physics)
         self.physical_action_space = spaces.Box(
             limits.minimum.astype(np.float32), limits.maximum.astype(np.float32), dtype=np.float32
@@ -138,6 +140,29 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         terminated = time_step.last() and time_step.discount == 0.0
         truncated = time_step.last() and not terminated
         return self._stack.push(time_step.observation), float(time_step.reward), terminated, truncated, self._info()
+
+    def set_goal(self, x: float, y: float) -> Float32Array:
+        """Give the episode in progress another goal, metres, world frame.
+
+        The reward of the next step is for the way made to the new goal.
+
+        Returns:
+            The present observation, with that goal.
+
+        Raises:
+            TaskError: no episode is in progress, or the place lies outside of the room or in an obstacle.
+        """
+        if not self._begun or self._task.outcome is not Outcome.RUNNING:
+            raise TaskError("no episode is in progress whose goal could be moved")
+        self._obstacles = self._obstacles or Obstacles.from_model(self._physics.model.ptr)
+        low, high = self._obstacles.low, self._obstacles.high
+        if not (low[0] < x < high[0] and low[1] < y < high[1]):
+            bounds = f"x from {low[0]:g} to {high[0]:g} m and y from {low[1]:g} to {high[1]:g} m"
+            raise TaskError(f"a goal must lie in the room, {bounds}, not at ({x:g}, {y:g})")
+        if not self._obstacles.clearance((x, y)) > 0.0:
+            raise TaskError(f"a goal must lie on free floor; at ({x:g}, {y:g}) something stands in the way")
+        self._task.move_goal(self._physics, (x, y))
+        return self._stack.replace_goal(self._physics.goal_in_robot_frame())
 
     def _info(self) -> dict[str, Any]:
         task = self._task

@@ -112,6 +112,11 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         self.laser.begin_episode(physics)
         self._reset_episode(physics.goal_distance())
 
+    def move_goal(self, physics: Physics, goal: tuple[float, float]) -> None:
+        """Another goal for the episode in progress; the next step's progress is measured from here to it."""
+        physics.move_goal(*goal)
+        self._distance = physics.goal_distance()
+
     # Step ---------------------------------------------------------------------------------------------------------
 
     def before_step(self, action: FloatArray, physics: Physics) -> None:

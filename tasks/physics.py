@@ -125,6 +125,14 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         """Put the goal at (x, y), metres, world frame."""
         self.data.ptr.mocap_pos[self._goal_mocap] = [x, y, 0.0]
 
+    def move_goal(self, x: float, y: float) -> None:
+        """The same within an episode: readings of where the goal's body is are up to date at once.
+
+        The other bodies' places are worked out anew too, from what they were worked out from: no trajectory changes.
+        """
+        self.set_goal(x, y)
+        mujoco.mj_kinematics(self.model.ptr, self.data.ptr)
+
     # Stepping -----------------------------------------------------------------------------------------------------
 
     def step(self, nstep: int = 1) -> None:

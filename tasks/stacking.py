@@ -36,6 +36,11 @@ class ScanStack:
         self._flat[:beams] = observation["ranges"] / MAX_RANGE - 0.5
         return self._finished(observation)
 
+    def replace_goal(self, goal: tuple[float, float]) -> Float32Array:
+        """The last observation once more, with another goal: x and y in the robot frame, metres."""
+        self._flat[-2:] = goal
+        return self._flat.copy()
+
     def _finished(self, observation: Mapping[str, FloatArray]) -> Float32Array:
         self._flat[-4:-2] = observation["velocity"]
         self._flat[-2:] = observation["goal"]

@@ -1,3 +1,4 @@
+import socket
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -11,6 +12,14 @@ ROOT = Path(__file__).resolve().parent.parent
 
 TINY = ["total_steps=400", "agent.learning_starts=100", "network=fc2x100", "test_episodes=0", "seed=101"]
 TINY += ["validation.every=200", "validation.episodes=1", "task.time_limit_steps=40"]
+
+
+def free_port() -> int:
+    """A port of this machine that nobody has."""
+    with socket.socket() as found:
+        found.bind(("127.0.0.1", 0))
+        port: int = found.getsockname()[1]
+        return port
 
 
 @pytest.fixture(autouse=True, scope="session")

@@ -24,12 +24,15 @@ CORE = (
     "withdrawal",
     "annealing",
     "drivers",
+    "steering",
     "streams",
 )
 LOOP = ("loop", "tally", "evaluation", "intervals")
 ROOTS = (
     "train",
     "evaluate",
+    "play",
+    "driving",
     "compose",
     "build",
     "program",

@@ -1,6 +1,6 @@
 """Tells episodes on the channels of a recording."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 
 import numpy as np
 from foxglove.messages import Log, LogLevel
@@ -44,6 +44,27 @@ class Publisher:
 
     def begin(self, moment: Moment) -> None:
         """The room, the goal, and how things stand."""
+        x, y = self._tell_setting(moment)
+        self._path.begin((x, y))
+        self._channels.path.log(self._path.message(), log_time=self._time)
+        self.say(f"from ({x:.2f}, {y:.2f}) to the goal ({self._goal[0]:.2f}, {self._goal[1]:.2f})")
+
+    def take_up(self, moment: Moment, start: Point, driven: Iterable[tuple[str, Point]]) -> None:
+        """What begin() told and what has changed since, for somebody who comes in the middle of an episode.
+
+        Args:
+            moment: now.
+            start: where the episode began, m.
+            driven: who has driven since, and to where, step by step.
+        """
+        self._tell_setting(moment)
+        self._path.begin(start)
+        for driver, place in driven:
+            self._path.extend(driver, place)
+        self._channels.path.log(self._path.message(), log_time=self._time)
+
+    def _tell_setting(self, moment: Moment) -> Point:
+        """All but the path; gives where the base is."""
         channels = self._channels
         self._time = time = self.begins_at + moment.time
         channels.scene.log(self._scene, log_time=time)
@@ -51,9 +72,7 @@ class Publisher:
         self._tell_goal(moment.goal)
         ((x, y),) = self._tell_states([moment])
         self._tell_pictures(moment)
-        self._path.begin((x, y))
-        channels.path.log(self._path.message(), log_time=time)
-        self.say(f"from ({x:.2f}, {y:.2f}) to the goal ({self._goal[0]:.2f}, {self._goal[1]:.2f})")
+        return x, y
 
     def steps(self, moments: Sequence[Moment]) -> None:
         """Steps, and how things stand after each; several at once take half the time."""

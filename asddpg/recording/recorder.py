@@ -84,6 +84,7 @@ class Recorder:
         self._steps, self._episodes = first_step, 0
         self._has_failed = False
         self.files = 0  # completed and kept
+        self.last: Path | None = None  # the last of them
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
         """Open a file, if this episode is chosen."""
@@ -138,7 +139,7 @@ class Recorder:
         if self._selection.outcomes and episode.outcome not in self._selection.outcomes:
             file.drop()
             return
-        file.finish(episode.outcome)
+        self.last = file.finish(episode.outcome)
         self.files += 1
         self._thin_out()
 

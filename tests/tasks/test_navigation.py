@@ -10,8 +10,10 @@ import pytest
 import tasks
 from tasks import NavigationConfig, Reward
 from tasks.errors import TaskError
+from tasks.gymnasium_adapter import NavigationEnv
 from tasks.outcomes import Outcome
 from tasks.rewards import REWARDS
+from tasks.state_digest import state_digest
 
 
 def make(name: str = "nav_empty", **options: Any) -> Any:
@@ -167,3 +169,43 @@ def test_a_reset_forgets_the_crash_and_what_was_pushed() -> None:
 def test_constants_out_of_range(values: dict[str, float], sentence: str) -> None:
     with pytest.raises(TaskError, match=sentence):
         tasks.NavigationConfig(**values)  # type: ignore[arg-type]
+
+
+# Another goal in the middle of an episode ---------------------------------------------------------------------------
+
+
+def test_a_moved_goal_is_seen_and_rewarded_at_once_and_moves_nothing_else() -> None:
+    states = []
+    for goal in (None, (3.0, -2.5)):
+        env = NavigationEnv("nav_complex", reward="dense")
+        env.reset(seed=1)
+        observation, *_ = env.step_physical(np.array([0.3, 0.1]))
+        before = 0.0
+        if goal is not None:
+            moved = env.set_goal(*goal)
+            x, y, _ = env.physics.pose()
+            assert moved[:-2].tolist() == observation[:-2].tolist()
+            assert np.hypot(*moved[-2:]) == pytest.approx(np.hypot(goal[0] - x, goal[1] - y), abs=1e-5)
+            before = env.physics.goal_distance()
+        for _ in range(3):
+            observation, _, _, _, info = env.step_physical(np.array([0.3, 0.1]))
+            if goal is not None:
+                assert info["reward_terms"]["progress"] == pytest.approx(before - info["distance"])
+                before = info["distance"]
+        states.append(state_digest(env.physics.data.ptr))
+    assert states[0] == states[1]
+
+
+@pytest.mark.parametrize(
+    ("goal", "sentence"),
+    [((9.0, 0.0), "in the room"), ((np.nan, 0.0), "in the room"), ((0.0, 2.0), "free floor")],
+)
+def test_a_goal_cannot_be_moved_anywhere(goal: tuple[float, float], sentence: str) -> None:
+    env = NavigationEnv("nav_complex")
+    with pytest.raises(TaskError, match="no episode"):
+        env.set_goal(0.0, 0.0)
+    env.reset(seed=1)
+    before = env.physics.goal()
+    with pytest.raises(TaskError, match=sentence):
+        env.set_goal(*goal)
+    assert env.physics.goal() == before

@@ -1,0 +1,101 @@
+"""Play: `python -m asddpg.play run=<run_dir> episodes=3`, recorded for Foxglove.
+
+live=true shows them in Foxglove as they happen; video=out.mp4 makes a film of them.
+
+A policy that the project brings along is run=pretrained:nav_complex. A baseline needs no run:
+`python -m asddpg.play agent=controller task=nav_complex`.
+"""
+
+import itertools
+from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
+
+import numpy as np
+from omegaconf import OmegaConf
+
+from asddpg.build import make_cameras
+from asddpg.compose import option_names, play_config
+from asddpg.config import PlayConfig
+from asddpg.driving import Driving, open_driving, selection_of
+from asddpg.loop import run_episode
+from asddpg.program import run
+from asddpg.recording.film import Film
+from asddpg.recording.how_to_open import how_to_open, how_to_watch
+from asddpg.recording.live import LiveView
+from asddpg.recording.recorder import Recorder
+from asddpg.steering import SteeredDriver
+from asddpg.train import watched
+from asddpg.types import Episode, Observer
+from tasks.gymnasium_adapter import NavigationEnv
+
+EPISODES = 3  # where nothing is said
+
+
+def main(words: Sequence[str]) -> None:
+    """Compose, drive, print a line an episode."""
+    config = play_config(words)
+    seed = int(np.random.SeedSequence().generate_state(1)[0]) if config.seed is None else config.seed
+    driving = open_driving(config, "play", seed)
+    environment = watched(driving.environment)
+    driver = SteeredDriver(environment, driving.drivers, driving.name)
+    folder = driving.evaluation.parent / "played_episodes"
+    provenance, selection = driving.provenance(f"drawn, seed {seed}"), selection_of(config.record)
+    with ExitStack() as closing:
+        cameras = make_cameras(config.record, environment)
+        live = LiveView(environment, config.port, config.speed, driver) if config.live else None
+        if live is not None:
+            closing.callback(live.close)
+        film = _film(config, driving, environment)
+        if film is not None:
+            closing.callback(film.close)
+        recorder = Recorder(folder, environment, provenance, selection, print, cameras=cameras)
+        closing.callback(recorder.close)
+        # The live view, which waits, comes last.
+        observers: list[Observer] = [observer for observer in (recorder, film, live) if observer is not None]
+        print(f"{driving.what}, {driving.config.task.name}, seed={seed}")
+        if live is not None:
+            print(f"{how_to_watch(live.port)}\nwaiting for a viewer; Ctrl-C ends", flush=True)
+        closing.callback(lambda: _say_what_there_is(config, recorder, folder))
+        _play(config, driving, driver, observers, recorder, seed)
+
+
+def _film(config: PlayConfig, driving: Driving, environment: NavigationEnv) -> Film | None:
+    if config.video is None:
+        return None
+    timestep = driving.config.task.control_timestep
+    return Film(Path(config.video), environment, config.camera, control_timestep=timestep)
+
+
+def _say_what_there_is(config: PlayConfig, recorder: Recorder, folder: Path) -> None:
+    if config.video is not None:
+        print(f"the film is {config.video}")
+    recorder.close()
+    if recorder.files:
+        print(how_to_open(recorder.files, folder))
+
+
+def _play(
+    config: PlayConfig,
+    driving: Driving,
+    driver: SteeredDriver,
+    observers: Sequence[Observer],
+    recorder: Recorder,
+    seed: int,
+) -> None:
+    driving.environment.reset(seed=seed)
+    count = config.episodes or (None if config.live else EPISODES)
+    for number in itertools.count(1) if count is None else range(1, count + 1):
+        files = recorder.files
+        episode = run_episode(driving.environment, driver, observers)
+        recorded = f", {recorder.last}" if recorder.files > files else ""
+        print(f"episode {number}: {_in_words(episode)}{recorded}", flush=True)
+
+
+def _in_words(episode: Episode) -> str:
+    share = f"controller {100 * episode.controller_share:.0f} %"
+    return f"{episode.outcome} after {episode.steps} steps, return {episode.total_reward:.2f}, {share}"
+
+
+if __name__ == "__main__":
+    run(main, f"{__doc__}\n\nOptions: {', '.join(option_names(OmegaConf.structured(PlayConfig)))}")

@@ -1,0 +1,156 @@
+"""Episodes that are played, as a user asks for them."""
+
+import re
+import shutil
+import threading
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from asddpg import play
+from asddpg.compose import play_config
+from asddpg.errors import UserError
+from asddpg.loop import run_episode
+from asddpg.recording.reading import open_recording
+from asddpg.types import Episode
+from tests.asddpg.viewer import Viewer
+from tests.conftest import free_port
+
+LINE = re.compile(r"episode (\d+): (\w+) after (\d+) steps, return (-?[\d.]+), controller (\d+) %, (\S+\.mcap)")
+POLICY = ["run=pretrained:nav_complex", "seed=3"]
+
+
+def lines_of(text: str) -> list[tuple[str, ...]]:
+    return [match.groups() for match in LINE.finditer(text)]
+
+
+@pytest.fixture
+def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.mark.usefixtures("here")
+def test_each_episode_is_told_in_a_line_and_recorded(capsys: pytest.CaptureFixture[str]) -> None:
+    play.main([*POLICY, "episodes=2"])
+    out = capsys.readouterr().out
+    lines = lines_of(out)
+    assert [number for number, *_ in lines] == ["1", "2"]
+    assert sorted(str(path) for path in Path("played_episodes").iterdir()) == [file for *_, file in lines]
+    for _, outcome, steps, total_reward, share, file in lines:
+        recording = open_recording(file)
+        found = recording.outcome()
+        assert (found["outcome"], found["steps"]) == (outcome, int(steps))
+        assert found["total_reward"] == pytest.approx(float(total_reward), abs=0.01)
+        assert share == "0"
+        assert recording.facts["pairs"] == "drawn, seed 3"
+        assert recording.facts["driver"] == "actor"
+    assert "2 episodes recorded in played_episodes; in Foxglove: Open local file" in out
+    layout = re.search(r"Import from file, (\S+)", out)
+    assert layout
+    assert Path(layout[1]).is_file()
+
+
+@pytest.mark.usefixtures("here")
+def test_a_seed_gives_the_same_episodes_whoever_drives(capsys: pytest.CaptureFixture[str]) -> None:
+    pairs = []
+    for words in (POLICY, [*POLICY, "driver=switch"], [*POLICY, "driver=controller"], [*POLICY, "seed=4"]):
+        play.main([*words, "episodes=2", "record.only=[2]", "record.every=0"])
+        ((*_, file),) = lines_of(capsys.readouterr().out)
+        recording = open_recording(file)
+        pairs.append((recording.start, recording.goal))
+    assert pairs[0] == pairs[1] == pairs[2] != pairs[3]
+
+
+@pytest.mark.usefixtures("here")
+def test_a_seed_that_was_not_given_is_printed(capsys: pytest.CaptureFixture[str]) -> None:
+    play.main(["agent=random", "task=nav_empty", "episodes=1"])
+    first = capsys.readouterr().out
+    seed = re.search(r"seed=\d+", first)
+    assert seed
+    play.main(["agent=random", "task=nav_empty", "episodes=1", seed[0]])
+    assert capsys.readouterr().out == first
+
+
+@pytest.mark.usefixtures("here")
+def test_a_run_keeps_what_is_played_of_it(tiny_run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    shutil.copytree(tiny_run, "run")
+    play.main(["run=run", "checkpoint=best", "driver=controller", "episodes=1", "seed=1"])
+    ((*_, share, file),) = lines_of(capsys.readouterr().out)
+    assert share == "100"
+    assert Path(file).parent == Path("run/played_episodes")
+    assert open_recording(file).facts["driver"] == "controller"
+    assert not Path("played_episodes").exists()
+
+
+def test_three_episodes_unless_somebody_steers() -> None:
+    assert play_config([]).episodes is None
+    assert play.EPISODES == 3
+
+
+def test_ctrl_c_completes_the_recording(
+    here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    class Interrupting:
+        def begin_episode(self, observation: Any, info: Any) -> None:
+            """Nothing."""
+
+        def step(self, step: Any, learned: Any) -> None:
+            raise KeyboardInterrupt
+
+        def end_episode(self, episode: Episode) -> None:
+            """Nothing."""
+
+    def interrupted(environment: Any, driver: Any, observers: Any) -> Episode:
+        return run_episode(environment, driver, [*observers, Interrupting()])
+
+    monkeypatch.setattr(play, "run_episode", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        play.main(["agent=controller", "task=nav_empty"])
+    (path,) = (here / "played_episodes").iterdir()
+    assert path.name.endswith("_cut.mcap")
+    assert open_recording(path).outcome()["steps"] == 1
+    assert "1 episode recorded in played_episodes" in capsys.readouterr().out
+
+
+def test_live_and_recorded_at_once(here: Path) -> None:
+    port = free_port()
+    words = ["agent=controller", "task=nav_empty", "seed=1", "episodes=1", "live=true", f"port={port}", "speed=0"]
+    thread = threading.Thread(target=play.main, args=(words,))
+    thread.start()
+    with Viewer.when_served(port) as viewer:
+        viewer.watch("/step", "/outcome")
+        viewer.until(lambda: viewer.of("/outcome") and viewer.of("/outcome")[-1]["outcome"] == "reached")
+        thread.join()
+    (path,) = (here / "played_episodes").iterdir()
+    assert open_recording(path).outcome() == viewer.of("/outcome")[-1]
+    recorded = [step["digest"] for step in open_recording(path).steps()]
+    seen = [step["digest"] for step in viewer.of("/step")]
+    assert seen == recorded[-len(seen) :]
+    assert len(seen) > len(recorded) - 5  # it may come as the first steps are made
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ([], "play what?"),
+        (["run=nowhere"], "not the folder of a run"),
+        (["run=pretrained:nav_moon"], "no pretrained policy"),
+        (["agent=pilot"], "controller, random"),
+        (["agent=controller"], "task="),
+        (["agent=controller", "task=nav_foo"], "nav_empty"),
+        ([*POLICY, "episodes=0"], "greater than 0"),
+        ([*POLICY, "driver=ghost"], "actor, switch or controller"),
+        ([*POLICY, "checkpoint=first"], "last or best"),
+        ([*POLICY, "seed=-1"], "from 0 to"),
+        ([*POLICY, "live=perhaps"], "live"),
+        ([*POLICY, "port=70000"], "from 0 to 65535"),
+        ([*POLICY, "speed=-1"], "0 or more"),
+        ([*POLICY, "sped=1"], "did you mean speed"),
+    ],
+)
+def test_wrong_words_make_nothing(here: Path, words: list[str], sentence: str) -> None:
+    with pytest.raises(UserError, match=re.escape(sentence)):
+        play.main(words)
+    assert not list(here.iterdir())
