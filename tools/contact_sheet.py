@@ -17,7 +17,7 @@ from PIL import Image
 
 from asddpg.errors import UserError
 from asddpg.program import run
-from asddpg.recording.caption import Colour, captioned
+from asddpg.recording.caption import OUTCOME_COLOURS, Colour, captioned
 from asddpg.recording.reading import open_recording
 from asddpg.recording.scene_messages import DRIVER_COLOURS
 from tools.episode_states import EpisodeStates
@@ -27,11 +27,6 @@ from tools.recording_words import files_and_options
 OPTIONS = ("camera", "frames", "columns", "size", "file")
 MOST = 400  # pictures on a sheet
 GAP = 4  # px
-OUTCOME_COLOURS: dict[str, Colour] = {
-    "reached": (0.0, 0.62, 0.45),
-    "crashed": (0.84, 0.37, 0.0),
-    "timeout": (0.95, 0.9, 0.25),
-}
 
 
 def main(words: Sequence[str]) -> None:

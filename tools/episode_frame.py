@@ -18,7 +18,6 @@ from PIL import Image
 from asddpg.errors import UserError
 from asddpg.program import run
 from asddpg.recording.caption import captioned
-from asddpg.recording.scene_messages import DRIVER_COLOURS
 from tools.episode_states import EpisodeStates
 from tools.pictures import open_renderer, picture_file, picture_size, write
 from tools.recording_words import single
@@ -43,7 +42,7 @@ def main(words: Sequence[str]) -> None:
     finally:
         renderer.close()
     if options.get("caption", "true") == "true":
-        image = captioned(image, states.caption(count, step), DRIVER_COLOURS.get(step["driver"]) if step else None)
+        image = captioned(image, *states.caption(count, step))
     write(image, given or picture_file(f"{recording.path.stem}_{camera}_{count}.png"))
 
 

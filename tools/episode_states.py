@@ -15,7 +15,9 @@ from asddpg.build import make_environment
 from asddpg.compose import first_line
 from asddpg.config import TrainConfig, check
 from asddpg.errors import UserError
+from asddpg.recording.caption import OUTCOME_COLOURS, Colour
 from asddpg.recording.reading import Recording
+from asddpg.recording.scene_messages import DRIVER_COLOURS
 from asddpg.train import watched
 from tasks import ALL_TASKS
 from tasks.gymnasium_adapter import NavigationEnv
@@ -64,12 +66,14 @@ class EpisodeStates:
         """Simulated seconds after so many steps."""
         return count * self.config.task.control_timestep
 
-    def caption(self, count: int, step: StepRecord | None) -> str:
-        """The moment after so many steps, in a line."""
+    def caption(self, count: int, step: StepRecord | None) -> tuple[str, Colour | None]:
+        """The moment after so many steps, in a line, and the colour of who drove or how it ended."""
         text = f"{self.title} · step {count}, {self.time(count):.1f} s"
         if count == len(self.steps):
-            return f"{text} · {self.outcome}"
-        return f"{text} · {step['driver']} drives" if step else f"{text} · start"
+            return f"{text} · {self.outcome}", OUTCOME_COLOURS.get(self.outcome)
+        if step is None:
+            return f"{text} · start", None
+        return f"{text} · {step['driver']} drives", DRIVER_COLOURS.get(step["driver"])
 
     def __iter__(self) -> Iterator[tuple[int, StepRecord | None]]:
         """From the beginning, 0 and None, to the end: how many steps have been made, and the last of them."""

@@ -1,10 +1,18 @@
 """A line of text on a picture."""
 
+from collections.abc import Mapping
+
 from PIL import Image, ImageDraw, ImageFont
 
 _SHADE = (20, 22, 26, 170)
 _WHITE = (255, 255, 255, 255)
 Colour = tuple[float, float, float]  # each from 0 to 1
+
+OUTCOME_COLOURS: Mapping[str, Colour] = {
+    "reached": (0.0, 0.62, 0.45),
+    "crashed": (0.84, 0.22, 0.16),
+    "timeout": (0.95, 0.9, 0.25),
+}
 
 
 def captioned(image: Image.Image, text: str, colour: Colour | None = None, above: bool = False) -> Image.Image:

@@ -10,7 +10,7 @@ import numpy as np
 from PIL import Image
 
 from asddpg.errors import UserError
-from asddpg.recording.caption import Colour, captioned
+from asddpg.recording.caption import OUTCOME_COLOURS, Colour, captioned
 from asddpg.recording.h264 import CODEC, OPTIONS, require_av
 from asddpg.recording.moments import Watched
 from asddpg.recording.scene_messages import DRIVER_COLOURS, OTHER_COLOUR
@@ -87,7 +87,7 @@ class Film:
         """Say how it ended, long enough to be read."""
         text = f"{episode.outcome} after {self._physics.data.time:.1f} s"
         for _ in range(max(1, round(HOLD * self._rate))):
-            self._write(text)
+            self._write(text, OUTCOME_COLOURS.get(episode.outcome))
 
     def close(self) -> None:
         """Complete the film; may be called again.

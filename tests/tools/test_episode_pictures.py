@@ -119,6 +119,25 @@ def test_a_sheet_of_a_folder_shows_how_each_ended(folder: Path, tmp_path: Path) 
     assert picture(tmp_path / "sheet.png").shape[1] == 2 * 64 + contact_sheet.GAP
 
 
+def test_a_recording_that_was_cut_off_is_shown_as_far_as_it_goes(tmp_path: Path) -> None:
+    environment = environment_of("nav_complex")
+    settings = config_text(dataclasses.asdict(train_config(["task=nav_complex"])), {})
+    provenance = Provenance(settings, {"task": "nav_complex"})
+    recorder = Recorder(tmp_path, watched(environment), provenance, Selection(each(1)), print)
+    recorder.begin_episode(*environment.reset())
+    (part,) = tmp_path.glob("*.part")
+    whole = part.read_bytes()
+    recorder.close()
+    for name, content in (("begun", whole), ("nothing_said", whole[:9000])):
+        cut = tmp_path / f"{name}.mcap.part"
+        cut.write_bytes(content)
+        assert EpisodeStates(open_recording(cut)).outcome == "running"
+        episode_frame.main([str(cut), "size=64x48", f"file={tmp_path / 'frame.png'}"])
+        episode_map.main([str(cut), "size=200", f"file={tmp_path / 'map.png'}"])
+        with pytest.raises(UserError, match="holds no steps to plot"):
+            episode_plot.main([str(cut)])
+
+
 # Maps -------------------------------------------------------------------------------------------------------------
 
 
