@@ -20,6 +20,7 @@ from asddpg.errors import UserError
 from asddpg.evaluation import Figures, evaluate, table
 from asddpg.observers.progress import EpisodeBar
 from asddpg.program import run
+from asddpg.recording.how_to_open import how_to_open
 from asddpg.recording.recorder import Recorder
 from asddpg.run_folder import write_json
 from asddpg.train import watched
@@ -50,7 +51,7 @@ def main(words: Sequence[str]) -> None:
     write_json(driving.evaluation, _content(config, driving, pairs_name, figures))
     print(f"written to {driving.evaluation}")
     if recorder.files:
-        print(f"{recorder.files} episodes recorded in {folder}")
+        print(how_to_open(recorder.files, folder))
 
 
 def _content(config: EvaluateConfig, driving: Driving, pairs_name: str, figures: Figures) -> dict[str, Any]:

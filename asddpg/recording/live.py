@@ -55,7 +55,6 @@ class LiveView:
         self._listener = LiveListener(self._controls, self._refuse)
         self._pace = _Pace()
         self._episode: Episode | None = None
-        self._is_closed = False
         self._server: WebSocketServer | None = None  # while it is made, viewers may already ask for something
         self._server = _serve(port, channels.context, self._listener)
 
@@ -105,14 +104,12 @@ class LiveView:
         self._publisher.begins_at += round((self._physics.data.ptr.time + GAP) * NANOSECONDS)
 
     def close(self) -> None:
-        """Let the viewers go, and whoever waits for one; may be called again."""
-        if self._is_closed or self._server is None:
-            return
+        """Let the viewers go; to be called by the thread that drives."""
+        assert self._server is not None
         if self._listener.is_watched:
             time.sleep(_LAST_WORDS)
-        self._is_closed = True
-        self._server.stop()
-        self._controls.woken.set()
+        server, self._server = self._server, None  # first: nobody may ask anything of one that is being stopped
+        server.stop()
 
     # Showing ------------------------------------------------------------------------------------------------------
 
@@ -153,8 +150,6 @@ class LiveView:
 
     def _rest(self, seconds: float) -> float:
         """Seconds still to wait."""
-        if self._is_closed:
-            return 0.0
         if not self._listener.is_watched:
             return 0.0 if self._steering is None else math.inf
         if self._controls.paused:

@@ -22,7 +22,7 @@ from asddpg.recording.live import LiveView
 from asddpg.steering import SteeredDriver
 from asddpg.train import watched
 from asddpg.types import Agent, Decision, Driver, Observation, Step
-from tests.asddpg.viewer import Viewer, steps_of
+from tests.asddpg.viewer import PATIENCE, Viewer, steps_of
 from tests.conftest import TINY, free_port
 
 EVERYTHING = ("/tf", "/scan", "/scene", "/path", "/goal", "/odom", "/cmd_vel", "/step", "/outcome", "/log")
@@ -63,9 +63,13 @@ class Show:
 
     def close(self) -> None:
         self._is_over.set()
-        self.live.close()
-        self._thread.join(timeout=60)
+        with Viewer(self.live.port) as viewer:  # it may wait for one
+            viewer.watch("/log")
+            viewer.set("/paused", False)
+            viewer.set("/speed", 0)
+            self._thread.join(PATIENCE)
         assert not self._thread.is_alive()
+        self.live.close()
 
 
 @pytest.fixture
@@ -216,6 +220,11 @@ CLICK = {"header": {"stamp": {"sec": 1, "nsec": 0}, "frame_id": "world"}, "point
 POSE = {"header": {"frame_id": ""}, "pose": {"position": {"x": 3.25, "y": -2.5, "z": 0}, "orientation": {"w": 1}}}
 
 
+def place_of_the_goal(transforms: Any) -> tuple[float, float]:
+    (goal,) = (each.translation for each in transforms.transforms if each.child_frame_id == "goal")
+    return goal.x, goal.y
+
+
 @pytest.mark.parametrize(
     ("topic", "content"),
     [
@@ -236,8 +245,7 @@ def test_a_click_moves_the_goal_at_once(viewer: Viewer, topic: str, content: Any
     goal = viewer.next("/goal")
     assert (goal.pose.position.x, goal.pose.position.y) == (3.25, -2.5)
     viewer.until(lambda: viewer.parameters.get("/goal") == [3.25, -2.5])
-    (marker,) = (each for each in viewer.of("/tf")[-1].transforms if each.child_frame_id == "goal")
-    assert (marker.translation.x, marker.translation.y) == (3.25, -2.5)
+    viewer.until(lambda: place_of_the_goal(viewer.of("/tf")[-1]) == (3.25, -2.5))
     viewer.set("/step_once", True)
     step = viewer.next("/step", lambda step: step["step"] == before + 1)
     place = viewer.of("/odom")[-1].pose.position

@@ -32,9 +32,15 @@ class Viewer:
     """A connection and everything it was told."""
 
     def __init__(self, port: int) -> None:
-        self._socket = connect(
-            f"ws://127.0.0.1:{port}", subprotocols=[Subprotocol("foxglove.sdk.v1")], proxy=None, max_size=None
+        connection = connect(
+            f"ws://127.0.0.1:{port}",
+            subprotocols=[Subprotocol("foxglove.sdk.v1")],
+            proxy=None,
+            max_size=None,
+            max_queue=None,
         )
+        self._open = contextlib.ExitStack()
+        self._socket = self._open.enter_context(connection)
         self._topics: dict[int, str] = {}  # by subscription
         self._decoders: dict[int, Callable[[bytes], Any]] = {}
         self._published: list[str] = []
@@ -63,7 +69,7 @@ class Viewer:
         self.close()
 
     def close(self) -> None:
-        self._socket.close()
+        self._open.close()
 
     # What it asks for ---------------------------------------------------------------------------------------------
 
