@@ -6,13 +6,14 @@ PIP_INSTALL = $(BIN)/python -m pip install --quiet --constraint constraints.txt
 task ?= nav_complex
 ARGS ?=
 
-.PHONY: help install dev train evaluate check test test-fast test-long bench results ablation clean
+.PHONY: help install dev train evaluate check test test-fast test-long test-node bench results ablation clean
 
 help:
 	@echo 'make train task=nav_complex ARGS="seed=1 total_steps=5000"   set up, train, evaluate'
 	@echo 'make test       set up and run the tests        make test-fast  without the slow ones'
 	@echo 'make check      format, lint, types, models     make bench      speed of environment and training'
 	@echo 'make results    the runs behind the README      make ablation   what each factor of the learning does'
+	@echo 'make test-node  recordings, read by the libraries that Foxglove reads with (Node)'
 	@echo 'make clean      remove .venv and caches         ARGS=list with the two: what they would train'
 
 # Installing writes the stamp last: an interrupted install is begun again.
@@ -56,6 +57,9 @@ test-fast: dev
 
 test-long: dev
 	$(BIN)/python -m pytest -m long
+
+test-node: dev
+	tests/node/check $(BIN)/python
 
 bench: $(VENV)/bench
 	$(BIN)/python -m tools.bench $(ARGS)

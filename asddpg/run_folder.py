@@ -152,16 +152,25 @@ def read_training(path: Path) -> tuple[TrainConfig, dict[str, str]]:
     Raises:
         UserError: the file is damaged, or of a version with other options or tasks.
     """
-    values, made_with = read_config(path)
+    return training_in(path.read_bytes(), str(path))
+
+
+def training_in(text: str | bytes, title: str) -> tuple[TrainConfig, dict[str, str]]:
+    """The same of the text of a config.yaml, which errors call by a title.
+
+    Raises:
+        UserError: as above.
+    """
+    values, made_with = _values_in(text, title)
     try:
         merged = OmegaConf.merge(OmegaConf.structured(TrainConfig), values)
         config = OmegaConf.to_object(merged)
         assert isinstance(config, TrainConfig)
         check(config)
     except (OmegaConfBaseException, UserError) as error:
-        raise UserError(f"{path} is not a configuration of this version: {first_line(error)}") from error
+        raise UserError(f"{title} is not a configuration of this version: {first_line(error)}") from error
     if config.task.name not in ALL_TASKS:
-        raise UserError(f"{path} names no task of this version: {config.task.name!r}")
+        raise UserError(f"{title} names no task of this version: {config.task.name!r}")
     return config, made_with
 
 
@@ -171,8 +180,12 @@ def read_config(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
     Raises:
         UserError: the file is damaged.
     """
+    return _values_in(path.read_bytes(), str(path))
+
+
+def _values_in(text: str | bytes, title: str) -> tuple[dict[str, Any], dict[str, str]]:
     try:
-        values = yaml.safe_load(path.read_text(encoding="utf-8"))
+        values = yaml.safe_load(text)
         made_with = dict(values.pop("made_with"))
     except (
         yaml.YAMLError,
@@ -183,7 +196,7 @@ def read_config(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
         ValueError,
         RecursionError,
     ) as error:
-        raise UserError(f"{path} is damaged or not written by asddpg.train") from error
+        raise UserError(f"{title} is damaged or not written by asddpg.train") from error
     return values, made_with
 
 

@@ -7,8 +7,9 @@ import zlib
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import IO, Any, NamedTuple, cast
 
+from google.protobuf.message import DecodeError
 from mcap.exceptions import McapError
 from mcap.records import Attachment, Channel, McapRecord, Metadata, Schema
 from mcap.records import Message as McapMessage
@@ -19,8 +20,12 @@ from zstandard import ZstdError
 from asddpg.errors import UserError
 from asddpg.recording.mcap_file import CONFIG, METADATA
 from asddpg.recording.topics import OUTCOME, STEP
+from asddpg.recording.whole_reads import WholeReads
 
 PART = ".part"  # ending of a recording that was not completed
+
+# What reading a damaged file raises.
+DAMAGE = (McapError, ZstdError, DecodeError, EOFError, struct.error, ValueError, LookupError, MemoryError)
 
 
 class Message(NamedTuple):
@@ -48,14 +53,23 @@ class Recording:
     @property
     def start(self) -> tuple[float, float, float]:
         """x, y, yaw that the episode began with: m, rad; exact."""
-        x, y, yaw = json.loads(self.facts["start"])
+        x, y, yaw = self._place("start", 3)
         return x, y, yaw
 
     @property
     def goal(self) -> tuple[float, float]:
         """x, y: m; exact."""
-        x, y = json.loads(self.facts["goal"])
+        x, y = self._place("goal", 2)
         return x, y
+
+    def _place(self, name: str, size: int) -> list[float]:
+        try:
+            place = [float(number) for number in json.loads(self.facts[name])]
+        except (KeyError, TypeError, ValueError):
+            place = []
+        if len(place) != size:
+            raise UserError(f"{self.path} does not say its {name}: it was made by another version")
+        return place
 
     def messages(self, *topics: str) -> Iterator[Message]:
         """Messages in the order of writing; of some topics, or of all.
@@ -65,17 +79,21 @@ class Recording:
         Raises:
             UserError: the file is damaged.
         """
-        channels: dict[int, tuple[str, Callable[[bytes], Any]]] = {}
         schemas: dict[int, Schema] = {}
+        channels: dict[int, tuple[str, Callable[[bytes], Any]]] = {}  # the wanted ones
         for record in _records(self.path):
             if isinstance(record, Schema):
                 schemas[record.id] = record
             elif isinstance(record, Channel):
-                channels[record.id] = record.topic, _decoder(record, schemas[record.schema_id])
-            elif isinstance(record, McapMessage):
+                if not topics or record.topic in topics:
+                    channels[record.id] = record.topic, decoder_of(record, schemas.get(record.schema_id))
+            elif isinstance(record, McapMessage) and record.channel_id in channels:
                 topic, decode = channels[record.channel_id]
-                if not topics or topic in topics:
-                    yield Message(topic, record.log_time, decode(record.data))
+                try:
+                    content = decode(record.data)
+                except DAMAGE as error:
+                    raise _damaged(self.path, error) from error
+                yield Message(topic, record.log_time, content)
 
     def steps(self) -> list[dict[str, Any]]:
         """What /step says, one after the other."""
@@ -114,7 +132,12 @@ def _unpacked(attachment: Attachment, path: Path) -> str:
         raise _damaged(path, error) from error
 
 
-def _decoder(channel: Channel, schema: Schema) -> Callable[[bytes], Any]:
+def decoder_of(channel: Channel, schema: Schema | None) -> Callable[[bytes], Any]:
+    """What makes an object of a channel's messages.
+
+    Raises:
+        UserError: they are in no encoding that is known here.
+    """
     if channel.message_encoding == "json":
         return json.loads
     decoder = DecoderFactory().decoder_for(channel.message_encoding, schema)
@@ -128,8 +151,8 @@ def _records(path: Path) -> Iterator[McapRecord]:
     is_part = path.suffix == PART
     try:
         with path.open("rb") as file:
-            yield from StreamReader(file, validate_crcs=True).records
-    except (McapError, ZstdError, EOFError, struct.error, ValueError) as error:
+            yield from StreamReader(cast(IO[bytes], WholeReads(file)), validate_crcs=True).records
+    except DAMAGE as error:
         if not is_part:
             raise _damaged(path, error) from error
     except OSError as error:

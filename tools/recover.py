@@ -1,0 +1,85 @@
+"""A recording that was cut off or damaged, completed: `python -m tools.recover FILE [OUT.mcap]`.
+
+FILE is the .mcap.part that a killed process leaves, or a damaged .mcap. The steps that are whole in it become a
+complete file beside it, <name>_cut.mcap by itself; FILE stays, and nothing is overwritten.
+"""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from asddpg.errors import UserError
+from asddpg.program import run
+from asddpg.recording.mcap_file import CONFIG, METADATA
+from asddpg.recording.reading import PART
+from tools.cut_episode import CutEpisode, episode_in
+from tools.recording_contents import Contents, contents_of, write_recording
+from tools.salvage import salvage
+
+MCAP = ".mcap"
+OUTCOMES = ("reached", "crashed", "timeout", "cut")
+
+
+def recover(source: Path, target: Path | None = None) -> tuple[CutEpisode, Path]:
+    """Complete a recording; what was saved, and where it lies.
+
+    Args:
+        source: what is left of it.
+        target: the new file; None names it after the old one and the outcome.
+
+    Raises:
+        UserError: the file is missing, whole, of another program, or holds no whole step; or the new one exists, or
+            cannot be written.
+    """
+    episode = episode_in(_left_of(source), source.name)
+    if episode is None:
+        raise UserError(f"{source} holds no whole step, so there is nothing to recover")
+    target = target or _target(source, episode.outcome)
+    if target.exists():
+        raise UserError(f"{target} exists already; name another file: python -m tools.recover {source} <file.mcap>")
+    write_recording(target, episode.contents)
+    return episode, target
+
+
+def _left_of(source: Path) -> Contents:
+    try:
+        found = salvage(source)
+    except OSError as error:
+        raise UserError(f"{source} cannot be read: {error.strerror}") from error
+    contents = contents_of(found.records)
+    is_ours = METADATA in (each.name for each in contents.metadata)
+    if not is_ours and (contents.messages or not found.damage):
+        raise UserError(f"{source} is a recording of another program: it does not begin with {METADATA}")
+    if not is_ours or CONFIG not in (each.name for each in contents.attachments):
+        raise UserError(f"nothing of {source} can be recovered, its beginning is not whole ({found.damage})")
+    if not found.damage and source.suffix != PART:
+        raise UserError(f"{source} is whole, there is nothing to recover")
+    return contents
+
+
+def _target(source: Path, outcome: str) -> Path:
+    target = source.with_name(f"{_stem(source)}_{outcome}{MCAP}")
+    # A file that is damaged after its outcome would get its own name.
+    return target if target != source else source.with_name(f"{_stem(source)}_recovered_{outcome}{MCAP}")
+
+
+def _stem(source: Path) -> str:
+    """Its name without endings and outcome, which may be another now."""
+    stem = source.name.removesuffix(PART).removesuffix(MCAP)
+    for outcome in OUTCOMES:
+        stem = stem.removesuffix(f"_{outcome}")
+    return stem
+
+
+def main(words: Sequence[str]) -> None:
+    """Recover, and say what."""
+    if not 1 <= len(words) <= 2:
+        raise UserError("recover what? python -m tools.recover <file.mcap.part or damaged file.mcap> [<new file.mcap>]")
+    target = Path(words[1]) if len(words) == 2 else None
+    if target is not None and target.suffix != MCAP:
+        raise UserError(f"the new file's name must end in {MCAP}, not {target.name!r}")
+    episode, path = recover(Path(words[0]), target)
+    print(f"{episode.steps} steps saved, {episode.outcome}, in {path}")
+
+
+if __name__ == "__main__":
+    run(main, str(__doc__))

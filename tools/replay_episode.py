@@ -1,0 +1,127 @@
+"""Does a recorded episode happen again? `python -m tools.replay_episode FILE…`.
+
+Runs the recorded actions in the recorded configuration, from the same start to the same goal, and compares the physical
+state after each step, to the last bit. A folder stands for the recordings in it. The exit status is 1 if any differs,
+2 if any cannot be run again.
+"""
+
+import sys
+from collections.abc import Mapping, Sequence
+from functools import lru_cache
+from importlib import metadata
+from typing import Any, NamedTuple
+
+import gymnasium
+import numpy as np
+
+from asddpg.build import make_environment
+from asddpg.errors import UserError
+from asddpg.program import run
+from asddpg.recording.reading import Recording, open_recording
+from asddpg.run_folder import training_in
+from asddpg.train import hash_of, watched
+from asddpg.types import Action
+from tasks.errors import TaskError
+from tasks.state_digest import state_digest
+from tools.recording_files import files_named
+
+RUNNING = "running"
+OPEN_ENDS = ("cut", RUNNING)  # outcomes of recordings that do not tell how the episode ended
+
+
+class Replay(NamedTuple):
+    """What became of a recording, run again."""
+
+    steps: int  # of the recording
+    outcome: str  # as recorded
+    difference: str  # in a sentence; empty if there is none
+
+
+def replay(recording: Recording) -> Replay:
+    """Run a recording again.
+
+    Raises:
+        UserError: it is damaged, of another version, of another scene, or without steps.
+    """
+    steps = recording.steps()
+    if not steps:
+        raise UserError(f"{recording.path} has no steps to run again")
+    recorded = recording.outcome()["outcome"]
+    return Replay(len(steps), recorded, _difference(recording, steps, recorded))
+
+
+def _difference(recording: Recording, steps: Sequence[Mapping[str, Any]], recorded: str) -> str:
+    environment = _environment_of(recording)
+    outcome = RUNNING
+    for number, step in enumerate(steps):
+        if outcome != RUNNING:
+            return f"{outcome} after {number} steps, the recording has {len(steps)}"
+        action, digest = _recorded(step, number, recording)
+        *_, info = environment.step(action)
+        outcome = info.get("outcome", RUNNING)
+        if state_digest(watched(environment).physics.data.ptr) != digest:
+            return f"the first to differ is step {number} (from 0) of {len(steps)}{_versions(recording.facts)}"
+    return "" if recorded in (outcome, *OPEN_ENDS) else f"{outcome} in the end, {recorded} in the recording"
+
+
+def _environment_of(recording: Recording) -> gymnasium.Env:
+    """The recorded environment at the recorded beginning."""
+    try:
+        environment, scene = _environment(recording.config)
+    except UserError as error:
+        raise UserError(f"{recording.path} cannot be run again: {error}") from error
+    if recording.facts.get("model_hash") != scene:
+        raise UserError(
+            f"the scene of {recording.path} has changed since, so the episode cannot happen again as it was"
+        )
+    environment.reset(options={"start": recording.start, "goal": recording.goal})
+    return environment
+
+
+@lru_cache(maxsize=8)
+def _environment(config: str) -> tuple[gymnasium.Env, str]:
+    """The environment of a configuration, and its scene's hash; the recordings of one run share it."""
+    training, _ = training_in(config, "its configuration")
+    environment = make_environment(training.task, training.reward)
+    return environment, hash_of(environment)
+
+
+def _recorded(step: Mapping[str, Any], number: int, recording: Recording) -> tuple[Action, int]:
+    """The action of a step and the digest after it."""
+    try:
+        action = np.array([step["action"]["v"], step["action"]["omega"]], dtype=np.float32)
+        return action, int(step["digest"])
+    except (KeyError, TypeError, ValueError) as error:
+        raise UserError(f"step {number} of {recording.path} has no action (v, omega) or no digest") from error
+
+
+def _versions(facts: Mapping[str, str]) -> str:
+    """That MuJoCo is another, which changes the last bits."""
+    recorded, present = facts.get("mujoco"), metadata.version("mujoco")
+    return "" if recorded == present else f"; it was made with mujoco {recorded}, this is {present}"
+
+
+def main(words: Sequence[str]) -> None:
+    """Run all again, a line each."""
+    if not words:
+        raise UserError("run what again? python -m tools.replay_episode <file.mcap or folder>…")
+    files = files_named(words)
+    status = 0
+    for path in files:
+        try:
+            found = replay(open_recording(path))
+        except (UserError, TaskError) as error:
+            if len(files) == 1:
+                raise
+            print(f"error: {error}", file=sys.stderr, flush=True)
+            status = status or 2
+            continue
+        same = f"the same to the last bit over {found.steps} steps, {found.outcome}"
+        print(f"{path}: {found.difference or same}", flush=True)
+        status = 1 if found.difference else status
+    if status:
+        sys.exit(status)
+
+
+if __name__ == "__main__":
+    run(main, str(__doc__))
