@@ -7,19 +7,15 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-import yaml
-from omegaconf import OmegaConf
-from omegaconf.errors import OmegaConfBaseException
 
 from asddpg.build import make_environment
-from asddpg.compose import first_line
-from asddpg.config import TrainConfig, check
+from asddpg.config import TrainConfig
 from asddpg.errors import UserError
 from asddpg.recording.caption import OUTCOME_COLOURS, Colour
 from asddpg.recording.reading import Recording
 from asddpg.recording.scene_messages import DRIVER_COLOURS
+from asddpg.run_folder import training_in
 from asddpg.train import watched
-from tasks import ALL_TASKS
 from tasks.gymnasium_adapter import NavigationEnv
 from tasks.state_digest import state_digest
 
@@ -45,8 +41,8 @@ class EpisodeStates:
         self.recording = recording
         try:
             self.config, self._physical = _opened(recording.config)
-        except (yaml.YAMLError, AttributeError, OmegaConfBaseException, UserError) as error:
-            raise UserError(f"{recording.path} is not of this version: {first_line(error)}") from error
+        except UserError as error:
+            raise UserError(f"{recording.path} cannot be run again: {error}") from error
         self.environment: NavigationEnv = watched(self._physical)
         self.steps = recording.steps()
         self.outcome = str(recording.outcome()["outcome"])
@@ -105,11 +101,5 @@ class EpisodeStates:
 @functools.lru_cache(maxsize=1)  # the episodes of a folder are of one room, and opening the office takes a second
 def _opened(settings: str) -> tuple[TrainConfig, gymnasium.Env]:
     """A recording's configuration, and the environment of it."""
-    values = yaml.safe_load(settings)
-    values.pop("made_with", None)
-    config = OmegaConf.to_object(OmegaConf.merge(OmegaConf.structured(TrainConfig), values))
-    assert isinstance(config, TrainConfig)
-    check(config)
-    if config.task.name not in ALL_TASKS:
-        raise UserError(f"there is no task {config.task.name!r}")
+    config, _ = training_in(settings, "its configuration")
     return config, make_environment(config.task, config.reward)
