@@ -4,6 +4,7 @@ import csv
 import shutil
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -60,7 +61,9 @@ def test_steps_are_exported(
     steps = [(path, step) for path in sorted(folder.glob("gazebo/*/*.mcap")) for step in open_recording(path).steps()]
     if kind == "csv":
         with (tmp_path / "steps.csv").open(newline="") as file:
-            rows = [{name: value or None for name, value in row.items()} for row in csv.DictReader(file)]
+            rows: list[dict[str, Any]] = [
+                {name: value or None for name, value in row.items()} for row in csv.DictReader(file)
+            ]
     else:
         import pyarrow.parquet
 

@@ -107,9 +107,10 @@ def test_a_part_becomes_a_complete_recording(part: Path, tmp_path: Path, capsys:
     assert found.config == whole.config
     assert found.steps() == whole.steps()[: CUT_AFTER - CUT_AFTER % BATCH_STEPS]
     for topic in ("/tf", "/scan", "/odom", "/cmd_vel", "/scene", "/goal"):
-        saved = list(found.messages(topic))
+        # As text: each file brings protobuf classes of its own.
+        saved, written = ([(each.time, str(each.content)) for each in file.messages(topic)] for file in (found, whole))
         assert saved
-        assert saved == list(whole.messages(topic))[: len(saved)]
+        assert saved == written[: len(saved)]
     outcome = found.outcome()
     assert (outcome["outcome"], outcome["steps"], outcome["controller_share"]) == ("cut", 20, 0.0)
     assert outcome["total_reward"] == pytest.approx(sum(step["reward"] for step in found.steps()))
@@ -171,7 +172,7 @@ def test_a_truncated_compressed_file_gives_what_was_written(
     whole = recording.read_bytes()
     steps = open_recording(recording).steps()
     half = tmp_path / "00_reached.mcap"
-    half.write_bytes(whole[: int(0.7 * len(whole))])
+    half.write_bytes(whole[: len(whole) // 2])
     recover.main([str(half)])
     saved = open_recording(tmp_path / "00_cut.mcap").steps()
     assert saved == steps[: len(saved)]
