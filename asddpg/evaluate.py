@@ -22,7 +22,7 @@ from asddpg.observers.progress import EpisodeBar
 from asddpg.program import run
 from asddpg.recording.how_to_open import how_to_open
 from asddpg.recording.recorder import Recorder
-from asddpg.run_folder import write_json
+from asddpg.run_folder import unused, write_json
 from asddpg.train import watched
 from tasks.fresh_pairs import fresh_pairs, stored_pairs
 from tasks.held_out import Pair
@@ -39,7 +39,7 @@ def main(words: Sequence[str]) -> None:
     environment = watched(driving.environment)
     cameras = make_cameras(config.record, environment)
     bar = EpisodeBar(len(pairs))
-    folder = driving.evaluation.parent / "evaluated_episodes"
+    folder = unused(driving.evaluation.parent / "evaluated_episodes")
     selection, provenance = selection_of(config.record), driving.provenance(pairs_name)
     recorder = Recorder(folder, environment, provenance, selection, bar.say, cameras=cameras)
     try:

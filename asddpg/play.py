@@ -24,6 +24,7 @@ from asddpg.recording.film import Film
 from asddpg.recording.how_to_open import how_to_open, how_to_watch
 from asddpg.recording.live import LiveView
 from asddpg.recording.recorder import Recorder
+from asddpg.run_folder import unused
 from asddpg.steering import SteeredDriver
 from asddpg.train import watched
 from asddpg.types import Episode, Observer
@@ -39,7 +40,7 @@ def main(words: Sequence[str]) -> None:
     driving = open_driving(config, "play", seed)
     environment = watched(driving.environment)
     driver = SteeredDriver(environment, driving.drivers, driving.name)
-    folder = driving.evaluation.parent / "played_episodes"
+    folder = unused(driving.evaluation.parent / "played_episodes")
     provenance, selection = driving.provenance(f"drawn, seed {seed}"), selection_of(config.record)
     with ExitStack() as closing:
         cameras = make_cameras(config.record, environment)

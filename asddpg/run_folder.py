@@ -1,5 +1,6 @@
 """A run's folder: what lies where, made new, read back."""
 
+import itertools
 import json
 from dataclasses import dataclass
 from datetime import datetime
@@ -121,6 +122,12 @@ def new_run_folder(config: TrainConfig) -> RunFolder:
     if path.exists() and (not path.is_dir() or any(path.iterdir())):
         raise UserError(f"the run folder {path} exists and is not empty; choose another run_dir= or remove it")
     return RunFolder(path)
+
+
+def unused(folder: Path) -> Path:
+    """A folder for recordings, or, where it holds some already, the first of <folder>_2, _3, … that does not."""
+    numbered = (folder.with_name(f"{folder.name}_{number}") for number in itertools.count(2))
+    return next(path for path in itertools.chain([folder], numbered) if not path.is_dir() or not any(path.iterdir()))
 
 
 def open_run_folder(path: str) -> RunFolder:

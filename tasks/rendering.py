@@ -25,8 +25,14 @@ FREE = "free"
 class OffscreenRenderer:
     """One graphics context and one scene, kept from picture to picture; for use from one thread."""
 
-    def __init__(self, model: mujoco.MjModel, width: int, height: int) -> None:
-        """Open a context for pictures of width × height pixels.
+    def __init__(self, model: mujoco.MjModel, width: int, height: int, smooth: bool = True) -> None:
+        """Open a context for pictures.
+
+        Args:
+            model: of the scene.
+            width: px.
+            height: px.
+            smooth: whether edges are smoothed as the model asks; without, software renders in less than half the time.
 
         Raises:
             TaskError: no working graphics library, or a size beyond the model's offscreen buffer.
@@ -42,10 +48,15 @@ class OffscreenRenderer:
         self._scene = mujoco.MjvScene(model, maxgeom=2000)
         self._options = mujoco.MjvOption()
         self._options.flags[mujoco.mjtVisFlag.mjVIS_RANGEFINDER] = 0
+        quality = model.vis.quality
+        samples = quality.offsamples
         try:
+            quality.offsamples = samples if smooth else 0
             self._mjr = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
         except mujoco.FatalError as error:  # OpenGL without the functions that MuJoCo needs
             raise graphics_missing(os.environ.get("MUJOCO_GL", "").strip().lower() or "egl", error) from error
+        finally:
+            quality.offsamples = samples  # it is part of what the scene's hash names
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._mjr)
         # Registered after the library's own exit handler and so run before it: a context freed later raises.
         self._at_exit = functools.partial(_close_if_alive, weakref.ref(self))

@@ -12,6 +12,7 @@ from asddpg.build import make_environment
 from asddpg.config import TrainConfig
 from asddpg.errors import UserError
 from asddpg.recording.caption import OUTCOME_COLOURS, Colour
+from asddpg.recording.moments import NANOSECONDS
 from asddpg.recording.reading import Recording
 from asddpg.recording.scene_messages import DRIVER_COLOURS
 from asddpg.run_folder import training_in
@@ -75,8 +76,11 @@ class EpisodeStates:
         """From the beginning, 0 and None, to the end: how many steps have been made, and the last of them."""
         self._physical.reset(options={"start": self.recording.start, "goal": self.recording.goal})
         yield 0, None
-        is_same = True
+        is_same, goals = True, self.recording.goals()
         for count, step in enumerate(self.steps, 1):
+            goal = goals.get(round(step["time"] * NANOSECONDS))
+            if goal is not None:
+                self.environment.set_goal(*goal)
             self._physical.step(np.array([step["action"]["v"], step["action"]["omega"]], dtype=np.float32))
             if is_same and state_digest(self.physics.data.ptr) != step["digest"]:
                 is_same = False

@@ -17,6 +17,7 @@ import numpy as np
 from asddpg.build import make_environment
 from asddpg.errors import UserError
 from asddpg.program import run
+from asddpg.recording.moments import NANOSECONDS
 from asddpg.recording.reading import Recording, open_recording
 from asddpg.run_folder import training_in
 from asddpg.train import hash_of, watched
@@ -52,11 +53,14 @@ def replay(recording: Recording) -> Replay:
 
 def _difference(recording: Recording, steps: Sequence[Mapping[str, Any]], recorded: str) -> str:
     environment = _environment_of(recording)
-    outcome = RUNNING
+    outcome, goals = RUNNING, recording.goals()
     for number, step in enumerate(steps):
         if outcome != RUNNING:
             return f"{outcome} after {number} steps, the recording has {len(steps)}"
         action, digest = _recorded(step, number, recording)
+        goal = goals.get(round(step["time"] * NANOSECONDS))
+        if goal is not None:
+            watched(environment).set_goal(*goal)
         *_, info = environment.step(action)
         outcome = info.get("outcome", RUNNING)
         if state_digest(watched(environment).physics.data.ptr) != digest:

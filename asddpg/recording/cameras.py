@@ -40,7 +40,7 @@ class Cameras:
         self.names, self.is_video = tuple(names), is_video
         self._encoders = {name: VideoEncoder(width, height) for name in names} if is_video else {}
         self._physics = environment.physics
-        self._renderer = OffscreenRenderer(self._physics.model.ptr, width, height)
+        self._renderer = OffscreenRenderer(self._physics.model.ptr, width, height, smooth=False)
         for name in names:
             self._render(name)
 

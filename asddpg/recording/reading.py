@@ -19,7 +19,7 @@ from zstandard import ZstdError
 
 from asddpg.errors import UserError
 from asddpg.recording.mcap_file import CONFIG, METADATA
-from asddpg.recording.topics import OUTCOME, STEP
+from asddpg.recording.topics import GOAL, OUTCOME, STEP
 from asddpg.recording.whole_reads import WholeReads
 
 PART = ".part"  # ending of a recording that was not completed
@@ -94,6 +94,11 @@ class Recording:
                 except DAMAGE as error:
                     raise _damaged(self.path, error) from error
                 yield Message(topic, record.log_time, content)
+
+    def goals(self) -> dict[int, tuple[float, float]]:
+        """Goals that were set in the middle of the episode: by the end of the first step towards them, simulated ns."""
+        poses = [(message.time, message.content.pose.position) for message in self.messages(GOAL)]
+        return {time: (place.x, place.y) for time, place in poses[1:]}
 
     def steps(self) -> list[dict[str, Any]]:
         """What /step says, one after the other."""

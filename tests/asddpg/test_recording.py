@@ -470,3 +470,10 @@ def test_a_training_that_is_stopped_completes_its_recording(tmp_path: Path, stop
         recording = open_recording(path)
         assert len(recording.steps()) == recording.outcome()["steps"]
     assert (folder / "checkpoints" / "last" / "agent.pt").is_file()
+
+
+def test_recordings_of_before_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    for _ in range(2):
+        evaluate.main(["agent=controller", "task=nav_empty", "episodes=1", "record.every=1"])
+    assert sorted(path.name for path in tmp_path.glob("evaluated*")) == ["evaluated_episodes", "evaluated_episodes_2"]

@@ -1,13 +1,24 @@
 """Recorded episodes, run again as a user does."""
 
+import dataclasses
 import gzip
+import itertools
 from pathlib import Path
 from typing import Any
 
 import pytest
 
 from asddpg import train
+from asddpg.build import controller_for, make_environment
+from asddpg.compose import train_config
+from asddpg.drivers import FixedDriver
 from asddpg.errors import UserError
+from asddpg.loop import run_episode
+from asddpg.recording.reading import open_recording
+from asddpg.recording.recorder import Provenance, Recorder, Selection, each
+from asddpg.run_folder import config_text
+from asddpg.train import hash_of, watched
+from asddpg.types import Decision, Driver, Observation
 from tests.conftest import TINY
 from tests.tools.recordings import changed, evaluated, with_steps
 from tools import replay_episode
@@ -44,6 +55,27 @@ def test_a_training_with_noise_and_other_constants_happens_again(
     out = capsys.readouterr().out
     assert out.count("the same to the last bit") == len(paths)
     assert ", cut\n" in out
+
+
+def test_an_episode_whose_goal_was_moved_happens_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    config = train_config(["task=nav_empty"])
+    environment = make_environment(config.task, config.reward)
+    inner = watched(environment)
+    settings = config_text(dataclasses.asdict(config), {})
+    facts = {"task": "nav_empty", "model_hash": hash_of(environment)}
+    recorder = Recorder(tmp_path, inner, Provenance(settings, facts), Selection(each(1)), print)
+    controller = controller_for(environment, config.controller)
+    count = itertools.count()
+
+    def decide(observation: Observation) -> Decision:
+        if next(count) == 7:
+            observation = inner.set_goal(-2.0, -1.0)
+        return Decision(controller.act(observation), Driver.CONTROLLER)
+
+    run_episode(environment, FixedDriver(decide), (recorder,), options={"start": (0, 0, 0), "goal": (1.5, 0.2)})
+    replay_episode.main([str(tmp_path)])
+    assert "the same to the last bit" in capsys.readouterr().out
+    assert open_recording(next(tmp_path.iterdir())).outcome()["outcome"] == "reached"
 
 
 def differing(capsys: pytest.CaptureFixture[str], path: Path) -> str:
