@@ -1,21 +1,29 @@
 """Opens what run= or agent= names and puts together who can drive it, and where; for all programs that drive."""
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 import gymnasium
 
-from asddpg.build import action_bounds, check_device, controller_for, make_agent, make_environment, prepare_torch
+from asddpg.build import (
+    action_bounds,
+    check_device,
+    controller_for,
+    make_agent,
+    make_cameras,
+    make_environment,
+    prepare_torch,
+)
 from asddpg.compose import BASELINES, train_config
 from asddpg.config import ControllerConfig, DrivingConfig, RecordEvaluationConfig, TrainConfig
 from asddpg.drivers import FixedDriver, actor_alone, controller_alone, random_actor, with_switch
 from asddpg.errors import UserError
-from asddpg.recording.recorder import Provenance, Selection, each
+from asddpg.recording.recorder import Provenance, Recorder, Selection, each
 from asddpg.run_folder import config_text
 from asddpg.streams import stream
-from asddpg.train import hash_of, provenance_of, versions
+from asddpg.train import hash_of, provenance_of, versions, watched
 from asddpg.trained import file_hash, open_trained
 from tasks import ALL_TASKS
 
@@ -32,6 +40,7 @@ class Driving:
         name: of the driver that was asked for.
         evaluation: where figures of it are written; recordings go into folders beside.
         checkpoint: which weights drive, for recordings.
+        step: of training, that the weights are of; 0 for a baseline.
     """
 
     what: str
@@ -41,6 +50,7 @@ class Driving:
     name: str
     evaluation: Path
     checkpoint: Mapping[str, str]
+    step: int = 0
 
     @property
     def driver(self) -> FixedDriver:
@@ -50,6 +60,26 @@ class Driving:
     def made_with(self) -> dict[str, str]:
         """Versions, and the hash of the scene."""
         return versions() | {"model_hash": hash_of(self.environment)}
+
+    def recorder(
+        self, wanted: RecordEvaluationConfig, folder: Path, pairs: str, say: Callable[[str], None]
+    ) -> Recorder:
+        """Records what is driven along those pairs into a folder.
+
+        Raises:
+            UserError, TaskError: cameras are asked for that are not to be had.
+        """
+        environment = watched(self.environment)
+        return Recorder(
+            folder,
+            environment,
+            self.provenance(pairs),
+            selection_of(wanted),
+            say,
+            first_step=self.step,
+            counts_steps=False,
+            cameras=make_cameras(wanted, environment),
+        )
 
     def provenance(self, pairs: str) -> Provenance:
         """What a recording of it is of, driven along those pairs."""
@@ -109,6 +139,7 @@ def _open_run(config: DrivingConfig, run: str) -> Driving:
         name=config.driver,
         evaluation=opened.evaluation,
         checkpoint={"checkpoint": f"{opened.title}, step {step}", "weights_sha256": file_hash(opened.weights)},
+        step=step,
     )
 
 

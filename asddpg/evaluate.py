@@ -11,19 +11,17 @@ from typing import Any
 
 import numpy as np
 from omegaconf import OmegaConf
+from tqdm import tqdm
 
-from asddpg.build import make_cameras
 from asddpg.compose import evaluate_config, option_names
 from asddpg.config import EvaluateConfig
-from asddpg.driving import Driving, open_driving, selection_of
+from asddpg.driving import Driving, open_driving
 from asddpg.errors import UserError
 from asddpg.evaluation import Figures, evaluate, table
 from asddpg.observers.progress import EpisodeBar
 from asddpg.program import run
 from asddpg.recording.how_to_open import how_to_open
-from asddpg.recording.recorder import Recorder
 from asddpg.run_folder import unused, write_json
-from asddpg.train import watched
 from tasks.fresh_pairs import fresh_pairs, stored_pairs
 from tasks.held_out import Pair
 
@@ -36,12 +34,9 @@ def main(words: Sequence[str]) -> None:
     pairs, pairs_name = _pairs(config, task.name, task.goal_radius)
     if not os.access(driving.evaluation.parent, os.W_OK):
         raise UserError(f"{driving.evaluation} cannot be written: the folder is not writable")
-    environment = watched(driving.environment)
-    cameras = make_cameras(config.record, environment)
-    bar = EpisodeBar(len(pairs))
     folder = unused(driving.evaluation.parent / "evaluated_episodes")
-    selection, provenance = selection_of(config.record), driving.provenance(pairs_name)
-    recorder = Recorder(folder, environment, provenance, selection, bar.say, cameras=cameras)
+    recorder = driving.recorder(config.record, folder, pairs_name, tqdm.write)
+    bar = EpisodeBar(len(pairs))
     try:
         figures = evaluate(driving.environment, driving.driver, pairs, task.control_timestep, (bar, recorder))
     finally:

@@ -14,10 +14,9 @@ from pathlib import Path
 import numpy as np
 from omegaconf import OmegaConf
 
-from asddpg.build import make_cameras
 from asddpg.compose import option_names, play_config
 from asddpg.config import PlayConfig
-from asddpg.driving import Driving, open_driving, selection_of
+from asddpg.driving import Driving, open_driving
 from asddpg.loop import run_episode
 from asddpg.program import run
 from asddpg.recording.film import Film
@@ -41,16 +40,14 @@ def main(words: Sequence[str]) -> None:
     environment = watched(driving.environment)
     driver = SteeredDriver(environment, driving.drivers, driving.name)
     folder = unused(driving.evaluation.parent / "played_episodes")
-    provenance, selection = driving.provenance(f"drawn, seed {seed}"), selection_of(config.record)
     with ExitStack() as closing:
-        cameras = make_cameras(config.record, environment)
+        recorder = driving.recorder(config.record, folder, f"drawn, seed {seed}", print)
         live = LiveView(environment, config.port, config.speed, driver) if config.live else None
         if live is not None:
             closing.callback(live.close)
         film = _film(config, driving, environment)
         if film is not None:
             closing.callback(film.close)
-        recorder = Recorder(folder, environment, provenance, selection, print, cameras=cameras)
         closing.callback(recorder.close)
         # The live view, which waits, comes last.
         observers: list[Observer] = [observer for observer in (recorder, film, live) if observer is not None]

@@ -8,6 +8,7 @@ import atexit
 import functools
 import os
 import weakref
+from collections.abc import Callable
 from typing import Any
 
 import mujoco
@@ -62,12 +63,18 @@ class OffscreenRenderer:
         self._at_exit = functools.partial(_close_if_alive, weakref.ref(self))
         atexit.register(self._at_exit)
 
-    def render(self, data: mujoco.MjData, camera: str | int | mujoco.MjvCamera) -> Picture:
+    def render(
+        self,
+        data: mujoco.MjData,
+        camera: str | int | mujoco.MjvCamera,
+        decorate: Callable[[mujoco.MjvScene], None] | None = None,
+    ) -> Picture:
         """The scene as a camera sees it.
 
         Args:
             data: state of the scene.
             camera: name or number of a camera, `free` or −1 for the model's own overall view, or a view of one's own.
+            decorate: adds to the scene what the model does not have.
 
         Returns:
             uint8 (height, width, 3), first row on top.
@@ -76,6 +83,8 @@ class OffscreenRenderer:
         self._context.make_current()
         everything = mujoco.mjtCatBit.mjCAT_ALL
         mujoco.mjv_updateScene(self._model, data, self._options, None, view, everything, self._scene)
+        if decorate is not None:
+            decorate(self._scene)
         mujoco.mjr_render(self._rect, self._scene, self._mjr)
         picture = np.empty((self._rect.height, self._rect.width, 3), dtype=np.uint8)
         mujoco.mjr_readPixels(picture, None, self._rect, self._mjr)

@@ -8,6 +8,7 @@ The recorded actions are run again, so any camera can look at it, whether or not
   file=here.png      where the picture goes; <recording>_<camera>_<step>.png by itself
   size=1280x800      in pixels
   caption=true       or false
+  show=scan,path     what Foxglove shows besides: where the laser's beams end, the path so far; nothing by itself
 """
 
 import math
@@ -18,11 +19,14 @@ from PIL import Image
 from asddpg.errors import UserError
 from asddpg.program import run
 from asddpg.recording.caption import captioned
-from tools.episode_states import EpisodeStates
+from tasks.headless import mujoco
+from tools.episode_states import EpisodeStates, StepRecord
+from tools.overlay import Place, Stretch, draw_path, draw_scan, scan_points
 from tools.pictures import open_renderer, picture_file, picture_size, write
 from tools.recording_words import single
 
-OPTIONS = ("step", "time", "camera", "file", "size", "caption")
+OPTIONS = ("step", "time", "camera", "file", "size", "caption", "show")
+SHOWN = ("scan", "path")
 
 
 def main(words: Sequence[str]) -> None:
@@ -33,17 +37,48 @@ def main(words: Sequence[str]) -> None:
     given = picture_file(options["file"]) if "file" in options else None
     if options.get("caption", "true") not in ("true", "false"):
         raise UserError(f"caption must be true or false, not {options['caption']!r}")
+    shown = _shown(options.get("show", ""))
     states = EpisodeStates(recording)
     count = _count(options, states)
-    step = states.go_to(count)
+    step, path = _run_to(count, states)
     renderer = open_renderer(states.physics.model.ptr, width, height)
     try:
-        image = Image.fromarray(renderer.render(states.physics.data.ptr, camera))
+        picture = renderer.render(states.physics.data.ptr, camera, lambda scene: _decorate(scene, shown, states, path))
+        image = Image.fromarray(picture)
     finally:
         renderer.close()
     if options.get("caption", "true") == "true":
         image = captioned(image, *states.caption(count, step))
     write(image, given or picture_file(f"{recording.path.stem}_{camera}_{count}.png"))
+
+
+def _shown(value: str) -> list[str]:
+    wanted = [name for name in value.split(",") if name]
+    unknown = [name for name in wanted if name not in SHOWN]
+    if unknown:
+        raise UserError(f"show must be some of {', '.join(SHOWN)}, not {unknown[0]!r}")
+    return wanted
+
+
+def _run_to(count: int, states: EpisodeStates) -> tuple[StepRecord | None, list[Stretch]]:
+    """Run the episode up to the end of that many steps; gives the last of them, and the path."""
+    places: list[Place] = []
+    for reached, step in states:
+        places.append(states.physics.pose()[:2])
+        if reached == count:
+            return step, [
+                (each["driver"], places[index : index + 2]) for index, each in enumerate(states.steps[:count])
+            ]
+    raise UserError(states.no_such_step(count))
+
+
+def _decorate(scene: mujoco.MjvScene, shown: Sequence[str], states: EpisodeStates, path: Sequence[Stretch]) -> None:
+    if "path" in shown:
+        draw_path(scene, path)
+    if "scan" in shown:
+        laser = states.physics.data.ptr.body("laser")
+        ranges = states.physics.ranges()
+        draw_scan(scene, scan_points(laser.xpos.copy(), laser.xmat.reshape(3, 3).copy(), ranges))
 
 
 def _count(options: dict[str, str], states: EpisodeStates) -> int:

@@ -96,10 +96,11 @@ class EpisodeStates:
         for reached, step in self:
             if reached == count:
                 return step
-        raise UserError(
-            f"the episode in {self.recording.path} has {len(self.steps)} steps, {self.time(len(self.steps)):.1f} s; "
-            f"there is no step {count}"
-        )
+        raise UserError(self.no_such_step(count))
+
+    def no_such_step(self, count: int) -> str:
+        """That the episode is shorter, in a sentence."""
+        return f"the episode in {self.recording.path} has {len(self.steps)} steps, {seconds:.1f} s; there is no step {count}"
 
 
 @functools.lru_cache(maxsize=1)  # the episodes of a folder are of one room, and opening the office takes a second

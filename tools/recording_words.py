@@ -7,7 +7,7 @@ from asddpg.errors import UserError
 from asddpg.recording.reading import Recording, open_recording
 from tools.option_words import options_in
 
-EXAMPLE = "evaluated_episodes/00000000_00001_reached.mcap"
+EXAMPLE = "evaluated_episodes/00100000_00001_reached.mcap"
 _INNER = ("episodes", "evaluated_episodes")  # where a run's folder has its recordings
 
 

@@ -61,6 +61,7 @@ class Recorder:
         selection: Selection,
         say: Callable[[str], None],
         first_step: int = 0,
+        counts_steps: bool = True,
         cameras: Cameras | None = None,
     ) -> None:
         """Record into a folder.
@@ -72,6 +73,7 @@ class Recorder:
             selection: which episodes.
             say: told once if recording fails.
             first_step: training steps that were made before.
+            counts_steps: whether the steps that are watched are training steps too.
             cameras: whose pictures are recorded too.
         """
         self._folder, self._facts, self._selection, self._say = folder, provenance.facts, selection, say
@@ -82,6 +84,7 @@ class Recorder:
         self._file: RecordingFile | None = None
         self._waiting: list[Moment] = []
         self._steps, self._episodes = first_step, 0
+        self._counts_steps = counts_steps
         self._has_failed = False
         self.files = 0  # completed and kept
         self.last: Path | None = None  # the last of them
@@ -94,7 +97,7 @@ class Recorder:
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
         """Keep what there is to tell, and tell it when there is enough."""
-        self._steps += 1
+        self._steps += self._counts_steps
         if self._file is not None:
             self._waiting.append(self._reader.step(step))
             self._tally.add(step)
