@@ -100,7 +100,8 @@ class EpisodeStates:
 
     def no_such_step(self, count: int) -> str:
         """That the episode is shorter, in a sentence."""
-        return f"the episode in {self.recording.path} has {len(self.steps)} steps, {seconds:.1f} s; there is no step {count}"
+        length = f"{len(self.steps)} steps, {self.time(len(self.steps)):.1f} s"
+        return f"the episode in {self.recording.path} has {length}; there is no step {count}"
 
 
 @functools.lru_cache(maxsize=1)  # the episodes of a folder are of one room, and opening the office takes a second

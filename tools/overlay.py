@@ -1,6 +1,7 @@
 """What a recording knows and a scene does not show, drawn into it: the scan and the path."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 import numpy.typing as npt
@@ -44,7 +45,7 @@ def draw_path(scene: mujoco.MjvScene, stretches: Sequence[Stretch]) -> None:
     """Put a line along each stretch, in its driver's colour."""
     for driver, places in stretches:
         colour = _rgba(DRIVER_COLOURS.get(driver, OTHER_COLOUR))
-        for (x, y), (next_x, next_y) in zip(places[:-1], places[1:], strict=True):
+        for (x, y), (next_x, next_y) in pairwise(places):
             geom = _next(scene)
             capsule = mujoco.mjtGeom.mjGEOM_CAPSULE
             mujoco.mjv_initGeom(geom, capsule, np.zeros(3), np.zeros(3), np.eye(3).ravel(), colour)

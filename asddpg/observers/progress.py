@@ -60,10 +60,6 @@ class EpisodeBar:
         """Move on by one."""
         self._bar.update()
 
-    def say(self, text: str) -> None:
-        """Print a line above the bar."""
-        self._bar.write(text)
-
     def close(self) -> None:
         """Take the bar away."""
         self._bar.close()

@@ -26,6 +26,7 @@ from tools import contact_sheet, episode_frame, episode_map, episode_plot
 from tools.episode_states import EpisodeStates
 from tools.episode_ways import way_of
 from tools.map_view import MapView
+from tools.overlay import scan_points
 
 STEPS = 12
 
@@ -247,3 +248,27 @@ def test_recordings_that_are_not_there_are_one_sentence(folder: Path, tmp_path: 
 def test_a_place_that_cannot_be_written_is_one_sentence(file: str, tmp_path: Path) -> None:
     with pytest.raises(UserError, match="cannot be written"):
         episode_frame.main([file, "step=0", "size=64x48", f"file={tmp_path}/none/frame.png"])
+
+
+def test_scan_and_path_are_drawn_where_they_are(tmp_path: Path, folder: Path) -> None:
+    first, *_ = sorted(folder.iterdir())
+    pictures = {}
+    for shown in ("", "scan", "path", "scan,path"):
+        file = tmp_path / f"{shown or 'nothing'}.png"
+        words = [f"file={file}", "step=10", "size=320x240", "caption=false", "camera=top"]
+        episode_frame.main([str(first), *words, *([f"show={shown}"] if shown else [])])
+        pictures[shown] = np.asarray(Image.open(file)).astype(int)
+    red = [int(np.sum((p[..., 0] > 150) & (p[..., 1] < 60) & (p[..., 2] < 60))) for p in pictures.values()]
+    assert red[1] > red[0] + 10
+    assert red[3] > red[2] + 10
+    assert np.any(pictures["path"] != pictures[""])
+    with pytest.raises(UserError, match="show must be some of scan, path, not 'scam'"):
+        episode_frame.main([str(first), "show=scam"])
+
+
+def test_a_beam_ends_at_its_range() -> None:
+    ranges = np.array([1.0, 2.0, 5.6])  # −120°, 0°, +120°; the last met nothing
+    points = scan_points(np.array([1.0, 0.0, 0.3]), np.eye(3), ranges)
+    assert points == pytest.approx(
+        np.array([[1 + np.cos(-2 * np.pi / 3), np.sin(-2 * np.pi / 3), 0.3], [3.0, 0.0, 0.3]])
+    )
