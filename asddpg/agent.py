@@ -171,8 +171,7 @@ class AsDDPG:
             objective = policy_loss(batch, features, self.networks, self.config.imitation)
             self._policy.differentiate(objective)
             self._policy_optimizer.step()
-            if not self.config.critic_follows_switch:  # else nobody asks it
-                self._target_policy.follow(self._policy, self.config.tau)
+            self._target_policy.follow(self._policy, self.config.tau)
             learned["policy_loss"] = objective.detach()
 
         self._target_critic_dqn.follow(self._critic_dqn, self.config.tau)
