@@ -5,9 +5,12 @@ from pathlib import Path
 
 from asddpg.errors import UserError
 
+# Where a run's folder has its recordings.
+OF_A_RUN = ("episodes", "evaluated_episodes", "played_episodes")
+
 
 def files_named(words: Iterable[str]) -> list[Path]:
-    """The recordings that words name: a file each, or all of a folder, in their order in time.
+    """The recordings that words name: a file each, or all of a folder, a run's too, in their order in time.
 
     Raises:
         UserError: there is no such file, or a folder has no recordings.
@@ -20,7 +23,7 @@ def _files(path: Path) -> list[Path]:
         if not path.exists():
             raise UserError(f"there is no file or folder {path}; recordings end in .mcap")
         return [path]
-    files = sorted(path.glob("*.mcap"))
+    files = sorted(path.glob("*.mcap")) or sorted(file for inner in OF_A_RUN for file in path.glob(f"{inner}/*.mcap"))
     if not files:
         below = sorted({found.parent for found in path.rglob("*.mcap")})
         hint = f"; there are some in {below[0]}" if below else ""

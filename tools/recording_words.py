@@ -1,14 +1,14 @@
 """The words of a command line that name recordings."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 from asddpg.errors import UserError
 from asddpg.recording.reading import Recording, open_recording
 from tools.option_words import options_in
+from tools.recording_files import files_named
 
 EXAMPLE = "evaluated_episodes/00100000_00001_reached.mcap"
-_INNER = ("episodes", "evaluated_episodes")  # where a run's folder has its recordings
 
 
 def files_and_options(words: Sequence[str], known: Sequence[str]) -> tuple[list[Path], dict[str, str]]:
@@ -21,7 +21,7 @@ def files_and_options(words: Sequence[str], known: Sequence[str]) -> tuple[list[
     options = options_in([word for word in words if word not in named], known)
     if not named:
         raise UserError(f"name a recording, such as {EXAMPLE}")
-    return [file for name in named for file in _files(Path(name))], options
+    return files_named(named), options
 
 
 def single(words: Sequence[str], known: Sequence[str]) -> tuple[Recording, dict[str, str]]:
@@ -30,13 +30,3 @@ def single(words: Sequence[str], known: Sequence[str]) -> tuple[Recording, dict[
     if len(files) > 1:
         raise UserError(f"name one recording, not {len(files)}: {files[0]}, {files[1]}{', …' * (len(files) > 2)}")
     return open_recording(files[0]), options
-
-
-def _files(path: Path) -> Iterator[Path]:
-    if not path.is_dir():
-        yield path
-        return
-    found = sorted(path.glob("*.mcap")) or sorted(file for inner in _INNER for file in path.glob(f"{inner}/*.mcap"))
-    if not found:
-        raise UserError(f"the folder {path} holds no recordings, *.mcap")
-    yield from found

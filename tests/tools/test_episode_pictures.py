@@ -234,9 +234,9 @@ def test_recordings_that_are_not_there_are_one_sentence(folder: Path, tmp_path: 
     for main in (episode_frame.main, contact_sheet.main, episode_map.main, episode_plot.main):
         with pytest.raises(UserError, match="name a recording, such as"):
             main([])
-        with pytest.raises(UserError, match="cannot be read: No such file"):
+        with pytest.raises(UserError, match="there is no file or folder"):
             main([str(tmp_path / "none.mcap")])
-        with pytest.raises(UserError, match=r"the folder .* holds no recordings, \*\.mcap"):
+        with pytest.raises(UserError, match=r"there are no recordings \(\*\.mcap\) in"):
             main([str(tmp_path)])
     for single in (episode_frame.main, episode_plot.main):
         with pytest.raises(UserError, match="name one recording, not 2"):

@@ -3,6 +3,7 @@
 import dataclasses
 import gzip
 import itertools
+import shutil
 from pathlib import Path
 from typing import Any
 
@@ -142,11 +143,14 @@ def test_one_damaged_file_does_not_stop_the_others(
 
 
 def test_wrong_words(tmp_path: Path, recording: Path) -> None:
+    below = tmp_path / "some" / "where"
+    below.mkdir(parents=True)
+    shutil.copy(recording, below)
     for words, sentence in (
         ([], "run what again"),
         (["nowhere.mcap"], "there is no file or folder nowhere.mcap"),
         ([str(tmp_path)], "there are no recordings"),
-        ([str(recording.parent.parent)], f"there are some in {recording.parent}"),
+        ([str(tmp_path)], f"there are some in {below}"),
     ):
         with pytest.raises(UserError, match=sentence):
             replay_episode.main(words)
