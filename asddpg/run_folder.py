@@ -142,13 +142,8 @@ def open_run_folder(path: str) -> RunFolder:
     return folder
 
 
-def write_config(path: Path, config: dict[str, Any], made_with: dict[str, str]) -> None:
-    """Write the resolved configuration, and versions and model hash under `made_with`."""
-    path.write_text(config_text(config, made_with), encoding="utf-8")
-
-
 def config_text(config: dict[str, Any], made_with: dict[str, str]) -> str:
-    """What write_config writes."""
+    """What stands in a config.yaml: the resolved configuration, and versions and model hash under `made_with`."""
     text: str = yaml.safe_dump({**config, "made_with": made_with}, sort_keys=False, allow_unicode=True)
     return text
 

@@ -202,7 +202,8 @@ def _summary(counts: Counter[str], size: int) -> str:
     if not counts:
         return "no recording is as asked for"
     outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counts.most_common())
-    return f"{counts.total()} recordings, {size / KILOBYTE**2:.1f} MB: {outcomes}"
+    total = counts.total()
+    return f"{total} recording{'s' * (total > 1)}, {size / KILOBYTE**2:.1f} MB: {outcomes}"
 
 
 def _export(path: Path, rows: Sequence[Row]) -> None:

@@ -8,4 +8,4 @@ def check_matplotlib() -> None:
     try:
         import matplotlib  # noqa: F401
     except ImportError as error:
-        raise UserError("plots need matplotlib, which is not installed: pip install 'asddpg[plots]'") from error
+        raise UserError("plots need matplotlib, which is not installed: pip install matplotlib") from error

@@ -31,7 +31,7 @@ from asddpg.evaluation import Figures, evaluate, table
 from asddpg.observers.progress import EpisodeBar
 from asddpg.pretrained import PretrainedFolder
 from asddpg.program import run
-from asddpg.run_folder import open_run_folder, write_config, write_json
+from asddpg.run_folder import config_text, open_run_folder, write_json
 from asddpg.train import hash_of, versions
 from asddpg.trained import Trained, open_trained
 from tasks.fresh_pairs import stored_pairs
@@ -129,7 +129,7 @@ def _fill(part: PretrainedFolder, asked: Wish, trained: Trained, command: str, s
     config = dataclasses.replace(trained.config, device="cpu", run_dir=None)
     environment = make_environment(config.task, config.reward)
     agent, step = _export(part, trained, config, environment)
-    write_config(part.config, dataclasses.asdict(config), trained.made_with)
+    part.config.write_text(config_text(dataclasses.asdict(config), trained.made_with), encoding="utf-8")
     tested = _test(config, environment, agent, asked.episodes)
     print(table(tested.figures))
     write_json(part.test, _test_content(asked, config, step, tested))
