@@ -193,20 +193,54 @@ class AsDDPG:
     # Keeping ------------------------------------------------------------------------------------------------------
 
     def state(self) -> dict[str, Any]:
-        """Weights, targets and optimisers, for a checkpoint."""
+        """All that the steps to come depend on: an agent that takes it up goes on as this one, to the last bit."""
         return {
-            "networks": self.networks.state_dict(),
-            "target": self.target.state_dict(),
-            "policy_optimizer": self._policy_optimizer.state_dict(),
-            "critic_optimizer": self._critic_optimizer.state_dict(),
+            "weights": {name: flat.vector.cpu() for name, flat in self._vectors().items()},
+            "optimizers": {name: _moments_of(optimizer) for name, optimizer in self._optimizers().items()},
+            "replay": self._replay.state(),
+            "noise": self._noise.state(),
+            "withdrawal": self._withdrawal.state(),
+            "returns": self._returns.state(),
+            "smoothing": self._smoothing.get_state(),
             "steps": self.steps,
             "updates": self.updates,
         }
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        """Take up what state() gave."""
-        self.networks.load_state_dict(state["networks"])
-        self.target.load_state_dict(state["target"])
-        self._policy_optimizer.load_state_dict(state["policy_optimizer"])
-        self._critic_optimizer.load_state_dict(state["critic_optimizer"])
-        self.steps, self.updates = int(state["steps"]), int(state["updates"])
+        """Take up what state() gave.
+
+        Raises:
+            KeyError, RuntimeError, ValueError: it is of another network, or of a replay buffer of another size.
+        """
+        for name, flat in self._vectors().items():
+            flat.load(state["weights"][name])
+        for name, optimizer in self._optimizers().items():
+            _load_moments(optimizer, state["optimizers"][name])
+        self._replay.load_state(state["replay"])
+        self._noise.load_state(state["noise"])
+        self._withdrawal.load_state(state["withdrawal"])
+        self._returns.load_state(state["returns"])
+        self._smoothing.set_state(state["smoothing"])
+        self.steps, self.updates = state["steps"], state["updates"]
+
+    def _vectors(self) -> dict[str, FlatParameters]:
+        return {
+            "critic_dqn": self._critic_dqn,
+            "policy": self._policy,
+            "target_critic_dqn": self._target_critic_dqn,
+            "target_policy": self._target_policy,
+        }
+
+    def _optimizers(self) -> dict[str, Adam]:
+        return {"critic_dqn": self._critic_optimizer, "policy": self._policy_optimizer}
+
+
+def _moments_of(optimizer: Adam) -> dict[str, Tensor]:
+    """Adam's moments and its count of steps; nothing before its first."""
+    (vector,) = optimizer.param_groups[0]["params"]
+    return {name: value.cpu() for name, value in optimizer.state[vector].items()}
+
+
+def _load_moments(optimizer: Adam, moments: Mapping[str, Tensor]) -> None:
+    (vector,) = optimizer.param_groups[0]["params"]
+    optimizer.state[vector] = {name: value.to(vector.device, copy=True) for name, value in moments.items()}

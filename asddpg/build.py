@@ -27,6 +27,7 @@ from asddpg.streams import stream
 from asddpg.types import Action
 from asddpg.withdrawal import Withdrawal
 from tasks import LaserConfig, NavigationConfig, Reward, gymnasium_id
+from tasks.gymnasium_adapter import NavigationEnv
 
 
 def make_environment(task: TaskConfig, reward: RewardConfig) -> gymnasium.Env:
@@ -39,6 +40,13 @@ def make_environment(task: TaskConfig, reward: RewardConfig) -> gymnasium.Env:
         config=NavigationConfig(**constants, laser=LaserConfig(**laser)),
         num_scans=num_scans,
     )
+
+
+def watched(environment: gymnasium.Env) -> NavigationEnv:
+    """The environment below its wrappers, for observers to read."""
+    inner = environment.unwrapped
+    assert isinstance(inner, NavigationEnv)
+    return inner
 
 
 def make_cameras(record: RecordConfig | RecordEvaluationConfig, environment: HasPhysics) -> Cameras | None:

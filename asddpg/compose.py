@@ -26,6 +26,8 @@ GROUPS = {
     "network": ("fc2x100", "fc3x100", "fc3x256"),
     "reward": tuple(REWARDS),
 }
+# What a run that goes on may have otherwise: it changes nothing that has been learned.
+MAY_CHANGE = ("total_steps", "checkpoint_every", "record.keep", "live", "port", "speed")
 BASELINES = ("controller", "random")
 
 
@@ -39,6 +41,25 @@ def train_config(words: Sequence[str]) -> TrainConfig:
             return compose("train", overrides=list(words))
 
     return _finished(by_groups, TrainConfig)
+
+
+def resumed_config(words: Sequence[str], stored: TrainConfig) -> TrainConfig:
+    """The configuration of a run that goes on; UserError where a word is wrong or would change the run's past."""
+    config: DictConfig = OmegaConf.structured(stored)
+    for override in _checked_overrides(words, TrainConfig, GROUPS):
+        name, value = override.key_or_group, override.value()
+        if name not in MAY_CHANGE and (name in GROUPS or OmegaConf.select(config, name) != value):
+            raise UserError(
+                f"{name}= would change the past of the run; with resume= go {'=, '.join(MAY_CHANGE)}= alone"
+            )
+        try:
+            OmegaConf.update(config, name, value)
+        except OmegaConfBaseException as error:
+            raise UserError(first_line(error)) from error
+    finished = _finished(lambda: config, TrainConfig)
+    if finished.total_steps < stored.total_steps:
+        raise UserError(f"total_steps of a run may be raised, not lowered: it has {stored.total_steps}")
+    return finished
 
 
 def evaluate_config(words: Sequence[str]) -> EvaluateConfig:

@@ -217,6 +217,8 @@ class TrainConfig:
     seed: int = 0
     # Control steps to train for.
     total_steps: int = 100_000
+    # Training steps between two checkpoints, from which resume= goes on; 0 for the last one alone.
+    checkpoint_every: int = 10_000
     # Pairs of the stored test set, of 200, that the trained actor is tested on; 0 for none.
     test_episodes: int = 200
     # Where the run is kept; null makes runs/<time>_<task>_<agent>_seed<seed>.
@@ -324,6 +326,7 @@ RULES: dict[str, Rule] = {
     "total_steps": _POSITIVE,
     "test_episodes": (lambda value: 0 <= value <= 200, "from 0 to 200, the size of the stored test set"),
     "episodes": _POSITIVE,
+    "checkpoint_every": _NOT_NEGATIVE,
     "validation.every": _NOT_NEGATIVE,
     "record.every": _NOT_NEGATIVE,
     "record.keep": _POSITIVE,

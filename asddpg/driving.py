@@ -15,6 +15,7 @@ from asddpg.build import (
     make_cameras,
     make_environment,
     prepare_torch,
+    watched,
 )
 from asddpg.compose import BASELINES, train_config
 from asddpg.config import ControllerConfig, DrivingConfig, RecordEvaluationConfig, TrainConfig
@@ -23,7 +24,7 @@ from asddpg.errors import UserError
 from asddpg.recording.recorder import Provenance, Recorder, Selection, each
 from asddpg.run_folder import config_text
 from asddpg.streams import stream
-from asddpg.train import hash_of, provenance_of, versions, watched
+from asddpg.train import hash_of, provenance_of, versions
 from asddpg.trained import file_hash, open_trained
 from tasks import ALL_TASKS
 

@@ -1,5 +1,7 @@
 """Exploration noise."""
 
+from typing import Any
+
 import numpy as np
 import numpy.typing as npt
 
@@ -57,3 +59,13 @@ class OrnsteinUhlenbeckNoise:
         self._state += -self._theta * self._state + self._sigma * self._rng.standard_normal(len(self._state))
         noise: Action = (self.scale * self._state * self._half_range).astype(np.float32)
         return noise
+
+    def state(self) -> dict[str, Any]:
+        """Where it has wandered to, how far it has faded, and its randomness."""
+        return {"value": self._state.copy(), "steps": self._steps, "rng": self._rng.bit_generator.state}
+
+    def load_state(self, state: dict[str, Any]) -> None:
+        """Take up what state() gave."""
+        self._state[:] = state["value"]
+        self._steps = state["steps"]
+        self._rng.bit_generator.state = state["rng"]

@@ -33,3 +33,13 @@ class FlatParameters:
     def follow(self, online: "FlatParameters", tau: float) -> None:
         """Soft update: θ' ← τ θ + (1 − τ) θ'."""
         self.vector.lerp_(online.vector, tau)
+
+    def load(self, vector: Tensor) -> None:
+        """Take over values.
+
+        Raises:
+            ValueError: there are more or fewer than here.
+        """
+        if vector.shape != self.vector.shape:
+            raise ValueError(f"{len(self.vector)} parameters cannot take {len(vector)} values")
+        self.vector.copy_(vector)

@@ -1,6 +1,7 @@
 """n-step returns: a transition that reaches n steps ahead (Watkins, 1989; Sutton and Barto, chapter 7)."""
 
 from collections import deque
+from typing import Any
 
 from asddpg.replay import Transition
 
@@ -34,6 +35,14 @@ class NStepReturns:
             finished.append(self._joined())
             self._open.popleft()
         return finished
+
+    def state(self) -> list[dict[str, Any]]:
+        """The steps that wait for those to come."""
+        return [transition._asdict() for transition in self._open]
+
+    def load_state(self, state: list[dict[str, Any]]) -> None:
+        """Take up what state() gave."""
+        self._open = deque(Transition(**each) for each in state)
 
     def _joined(self) -> Transition:
         reward = switch_reward = 0.0

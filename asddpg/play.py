@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 from omegaconf import OmegaConf
 
+from asddpg.build import watched
 from asddpg.compose import option_names, play_config
 from asddpg.config import PlayConfig
 from asddpg.driving import Driving, open_driving
@@ -25,7 +26,6 @@ from asddpg.recording.live import LiveView
 from asddpg.recording.recorder import Recorder
 from asddpg.run_folder import unused
 from asddpg.steering import SteeredDriver
-from asddpg.train import watched
 from asddpg.types import Episode, Observer
 from tasks.gymnasium_adapter import NavigationEnv
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from dm_control.rl.control import PhysicsError
 
-from asddpg.errors import UserError
+from asddpg.errors import Breakdown, UserError
 from tasks.errors import TaskError
 
 
@@ -33,6 +33,9 @@ def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
     except (UserError, TaskError) as error:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(2)
+    except Breakdown as error:
+        print(f"error: {error}", file=sys.stderr)
+        sys.exit(1)
     except PhysicsError as error:
         print(f"error: the simulation broke down, most likely by an action that is no number: {error}", file=sys.stderr)
         sys.exit(1)

@@ -1,6 +1,6 @@
 """The replay buffer R of Algorithm 1."""
 
-from typing import NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -38,6 +38,12 @@ class Replay(Protocol):
 
     def sample(self, batch_size: int) -> Float32Array:
         """Draw transitions: packed rows, float32 (batch_size, layout.width)."""
+
+    def state(self) -> dict[str, Any]:
+        """Everything that is kept, and the randomness of drawing; arrays are views, to be written at once."""
+
+    def load_state(self, state: dict[str, Any]) -> None:
+        """Take up what state() gave."""
 
 
 class ReplayBuffer:
@@ -78,6 +84,20 @@ class ReplayBuffer:
         """Draw transitions uniformly, with replacement: packed rows, float32 (batch_size, layout.width)."""
         return self._rows[self._rng.integers(self._size, size=batch_size)]
 
+    def state(self) -> dict[str, Any]:
+        """The rows as they lie in the ring, float32 (size, layout.width), where the next goes, and the randomness."""
+        return {"rows": self._rows[: self._size], "next": self._next, "rng": self._rng.bit_generator.state}
+
+    def load_state(self, state: dict[str, Any]) -> None:
+        """Take up what state() gave.
+
+        Raises:
+            ValueError: it is of a ring of another size.
+        """
+        self._size, self._next = len(state["rows"]), state["next"]
+        self._rows[: self._size] = state["rows"]
+        self._rng.bit_generator.state = state["rng"]
+
 
 class BalancedReplay:
     """Two rings, the policy's steps and the controller's: a batch is half from each."""
@@ -104,6 +124,15 @@ class BalancedReplay:
             return (self._policy if len(self._policy) else self._controller).sample(batch_size)
         half = batch_size // 2
         return np.concatenate([self._policy.sample(half), self._controller.sample(batch_size - half)])
+
+    def state(self) -> dict[str, Any]:
+        """Both rings; the randomness is one, and stands in both."""
+        return {"policy": self._policy.state(), "controller": self._controller.state()}
+
+    def load_state(self, state: dict[str, Any]) -> None:
+        """Take up what state() gave."""
+        self._policy.load_state(state["policy"])
+        self._controller.load_state(state["controller"])
 
 
 class Layout:

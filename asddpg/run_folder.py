@@ -24,7 +24,8 @@ class RunFolder:
     `config.yaml` resolved configuration and what the run was made with · `metrics.csv` a row an episode ·
     `validation.csv` a row a validation · `episodes/` recordings of the training, `evaluated_episodes/` of evaluations,
     `played_episodes/` of those that were played ·
-    `timing.csv`, `resources.json` time and memory · `tensorboard/` · `steps.npz` a row a training step ·
+    `timing.csv`, `resources.json` time and memory · `tensorboard/` · `steps.f32`, `steps.npz` a row a training
+    step · `resume/step_<n>/` what the training goes on from · `lock` names the process that writes the run ·
     `checkpoints/{last,best}/agent.pt`, and `checkpoints/step_<n>/agent.pt` at each validation · `test.json` the test
     that ends the training · `evaluation.json` what asddpg.evaluate found last · `diagnosis/` what tools.diagnose found.
     """
@@ -75,6 +76,16 @@ class RunFolder:
     def episodes(self) -> Path:
         """Folder of the training's recordings."""
         return self.path / "episodes"
+
+    @property
+    def step_rows(self) -> Path:
+        """The same rows one after the other, float32: they grow with the training."""
+        return self.path / "steps.f32"
+
+    @property
+    def training_states(self) -> Path:
+        """Folder of the checkpoints from which the training goes on."""
+        return self.path / "resume"
 
     @property
     def resources(self) -> Path:
@@ -204,6 +215,11 @@ def _values_in(text: str | bytes, title: str) -> tuple[dict[str, Any], dict[str,
 
 def write_json(path: Path, content: dict[str, Any]) -> None:
     """Write a file that is whole or not there."""
+    write_text(path, json.dumps(content, indent=2, allow_nan=False) + "\n")
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a file that is whole or, if there was one before, the one before."""
     part = path.with_name(path.name + ".part")
-    part.write_text(json.dumps(content, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    part.write_text(text, encoding="utf-8")
     part.replace(path)

@@ -1,5 +1,7 @@
 """How the training wheels come off: a schedule of episodes, or stretches of them, that the actor drives alone."""
 
+from typing import Any
+
 import numpy as np
 
 
@@ -56,3 +58,18 @@ class Withdrawal:
         self._steps_since_draw += 1
         if self._stretch_steps and self._steps_since_draw >= self._stretch_steps:
             self.begin_episode()
+
+    def state(self) -> dict[str, Any]:
+        """Where the schedule stands, who may drive, and its randomness."""
+        return {
+            "steps": self._steps,
+            "steps_since_draw": self._steps_since_draw,
+            "is_alone": self.is_alone,
+            "rng": self._rng.bit_generator.state,
+        }
+
+    def load_state(self, state: dict[str, Any]) -> None:
+        """Take up what state() gave."""
+        self._steps, self._steps_since_draw = state["steps"], state["steps_since_draw"]
+        self.is_alone = state["is_alone"]
+        self._rng.bit_generator.state = state["rng"]

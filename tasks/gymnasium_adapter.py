@@ -141,6 +141,15 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         truncated = time_step.last() and not terminated
         return self._stack.push(time_step.observation), float(time_step.reward), terminated, truncated, self._info()
 
+    def random_state(self) -> dict[str, Any]:
+        """State of the randomness that episodes to come depend on: of starts and goals, and of the laser."""
+        return {"pairs": self.np_random.bit_generator.state, "laser": self._task.laser.rng.bit_generator.state}
+
+    def set_random_state(self, state: dict[str, Any]) -> None:
+        """Take up what random_state() gave; the environment must have been reset before."""
+        self.np_random.bit_generator.state = state["pairs"]
+        self._task.laser.rng.bit_generator.state = state["laser"]
+
     def set_goal(self, x: float, y: float) -> Float32Array:
         """Give the episode in progress another goal, metres, world frame.
 

@@ -9,13 +9,13 @@ from pathlib import Path
 import gymnasium
 import numpy as np
 
-from asddpg.build import make_agent, make_environment, prepare_torch
+from asddpg.build import make_agent, make_environment, prepare_torch, watched
 from asddpg.drivers import FixedDriver, with_switch
 from asddpg.loop import run_episode
 from asddpg.recording.reading import open_recording
 from asddpg.recording.recorder import Recorder, Selection, each
 from asddpg.run_folder import config_text
-from asddpg.train import provenance_of, versions, watched
+from asddpg.train import provenance_of, versions
 from asddpg.trained import open_trained
 from tasks.fresh_pairs import stored_pairs
 from tasks.held_out import Pair

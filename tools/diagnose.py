@@ -103,14 +103,13 @@ def weights_of(folder: RunFolder, agent: AsDDPG, every: int) -> list[Path]:
     if not snapshots:
         print("note: the run kept no snapshots (validation.snapshots, validation.every); only its end is driven")
         return [last]
-    if last.is_file() and checkpoint.load(last, agent) > checkpoint.load_snapshot(snapshots[-1], agent):
+    if last.is_file() and checkpoint.load(last, agent) > checkpoint.load(snapshots[-1], agent):
         snapshots.append(last)
     return snapshots[::-1][::every][::-1]
 
 
 def _examined(examination: Examination, agent: AsDDPG, path: Path) -> Snapshot:
-    load = checkpoint.load if path.parent.name == "last" else checkpoint.load_snapshot
-    snapshot = examination.of_snapshot(load(path, agent))
+    snapshot = examination.of_snapshot(checkpoint.load(path, agent))
     reached = {"actor alone": snapshot.actor, "pair": snapshot.pair}
     shares = [f"{name} reaches {figures.reach_rate.value:.2f}" for name, figures in reached.items() if figures]
     print(f"step {snapshot.step}: {', '.join(shares)}", flush=True)

@@ -8,7 +8,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from asddpg.build import make_environment
+from asddpg.build import make_environment, watched
 from asddpg.config import TrainConfig
 from asddpg.errors import UserError
 from asddpg.recording.caption import OUTCOME_COLOURS, Colour
@@ -16,7 +16,6 @@ from asddpg.recording.moments import NANOSECONDS
 from asddpg.recording.reading import Recording
 from asddpg.recording.scene_messages import DRIVER_COLOURS
 from asddpg.run_folder import training_in
-from asddpg.train import watched
 from tasks.gymnasium_adapter import NavigationEnv
 from tasks.state_digest import state_digest
 

@@ -14,13 +14,13 @@ from typing import Any, NamedTuple
 import gymnasium
 import numpy as np
 
-from asddpg.build import make_environment
+from asddpg.build import make_environment, watched
 from asddpg.errors import UserError
 from asddpg.program import run
 from asddpg.recording.moments import NANOSECONDS
 from asddpg.recording.reading import Recording, open_recording
 from asddpg.run_folder import training_in
-from asddpg.train import hash_of, watched
+from asddpg.train import hash_of
 from asddpg.types import Action
 from tasks.errors import TaskError
 from tasks.state_digest import state_digest

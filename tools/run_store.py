@@ -14,8 +14,8 @@ from asddpg.run_folder import RunFolder, read_config
 
 Settings = dict[str, Any]
 SHOWN_DIFFERENCES = 3
-# What changes nothing that is learned: where a run lies, which of its episodes are recorded, and who watches.
-WITHOUT_EFFECT = ("run_dir", "record", "live", "port", "speed")
+# What changes nothing that is learned: where a run lies, how often it is kept, what is recorded, and who watches.
+WITHOUT_EFFECT = ("run_dir", "checkpoint_every", "record", "live", "port", "speed")
 
 
 @dataclass(frozen=True)

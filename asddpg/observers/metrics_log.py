@@ -4,7 +4,7 @@ import csv
 import math
 import time
 from collections import deque
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol, SupportsFloat, TextIO
 
@@ -29,8 +29,9 @@ class ScalarWriter(Protocol):
 class RecentEpisodes:
     """Shares of outcomes among the last WINDOW episodes."""
 
-    def __init__(self) -> None:
-        self._outcomes: deque[str] = deque(maxlen=WINDOW)
+    def __init__(self, outcomes: Iterable[str] = ()) -> None:
+        """Go on after episodes that ended so, oldest first."""
+        self._outcomes: deque[str] = deque(outcomes, maxlen=WINDOW)
 
     def add(self, outcome: str) -> None:
         """Count an episode."""
@@ -42,20 +43,30 @@ class RecentEpisodes:
 
 
 class MetricsLog:
-    """Writes metrics.csv, in which nothing depends on the clock, and timing.csv."""
+    """Writes metrics.csv, in which nothing depends on the clock, and timing.csv; goes on where they end."""
 
-    def __init__(self, metrics: Path, timing: Path, tensorboard: ScalarWriter) -> None:
-        self._metrics_file: TextIO = metrics.open("w", newline="", encoding="utf-8")
-        self._timing_file: TextIO = timing.open("w", newline="", encoding="utf-8")
-        self._metrics = csv.writer(self._metrics_file)
-        self._timing = csv.writer(self._timing_file)
-        self._metrics.writerow(COLUMNS)
-        self._timing.writerow(("step", "seconds", "steps_per_second"))
+    def __init__(self, metrics: Path, timing: Path, tensorboard: ScalarWriter, seconds: float = 0.0) -> None:
+        """Open the files.
+
+        Args:
+            metrics: path of metrics.csv.
+            timing: path of timing.csv.
+            tensorboard: gets the same figures.
+            seconds: that the training had taken before.
+        """
+        before = rows_of(metrics)
+        self._recent = RecentEpisodes(row["outcome"] for row in before)
+        self._steps, self._episodes = int(before[-1]["step"]) if before else 0, len(before)
+        self._metrics_file, self._metrics = _appended(metrics, COLUMNS)
+        self._timing_file, self._timing = _appended(timing, ("step", "seconds", "steps_per_second"))
         self._tensorboard = tensorboard
-        self._recent = RecentEpisodes()
-        self._steps, self._episodes = 0, 0
         self._learned: dict[str, list[SupportsFloat]] = {}
-        self._begun = time.perf_counter()
+        self._begun = time.perf_counter() - seconds
+
+    @property
+    def seconds(self) -> float:
+        """What the training has taken so far."""
+        return time.perf_counter() - self._begun
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
         """Means begin anew."""
@@ -87,7 +98,7 @@ class MetricsLog:
         for name in COLUMNS[3:]:
             if name in row:
                 self._tensorboard.add_scalar(f"train/{name}", row[name], self._steps)
-        seconds = time.perf_counter() - self._begun
+        seconds = self.seconds
         self._timing.writerow((self._steps, f"{seconds:.3f}", f"{self._steps / seconds:.1f}"))
         self._timing_file.flush()
 
@@ -98,8 +109,28 @@ class MetricsLog:
 
     def close(self) -> None:
         """Close the files."""
-        self._metrics_file.close()
-        self._timing_file.close()
+        try:
+            self._metrics_file.close()
+        finally:
+            self._timing_file.close()
+
+
+def rows_of(path: Path) -> list[dict[str, str]]:
+    """The rows of a table that a training writes; none where there is no file yet."""
+    if not path.is_file():
+        return []
+    with path.open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
+
+
+def _appended(path: Path, columns: Sequence[str]) -> tuple[TextIO, Any]:
+    """A table to add rows to, with its first line if it is new."""
+    file = path.open("a", newline="", encoding="utf-8")
+    table = csv.writer(file)
+    if not file.tell():
+        table.writerow(columns)
+        file.flush()
+    return file, table
 
 
 _WINDOWED = {"reach": "reached", "crash": "crashed", "timeout": "timeout"}

@@ -1,6 +1,6 @@
 """The progress bar."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, SupportsFloat
 
 from tqdm import tqdm
@@ -12,9 +12,12 @@ from asddpg.types import Driver, Episode, Observation, Step
 class ProgressBar:
     """Steps a second, time left, outcomes of the last 100 episodes, controller share of the last 1000 steps or so."""
 
-    def __init__(self, total_steps: int) -> None:
-        self._bar = tqdm(total=total_steps, unit=" steps", unit_scale=False, smoothing=0.05, mininterval=0.5)
-        self._recent = RecentEpisodes()
+    def __init__(self, total_steps: int, steps: int = 0, outcomes: Iterable[str] = ()) -> None:
+        """Go on after so many steps, and after episodes that ended so."""
+        self._bar = tqdm(
+            total=total_steps, initial=steps, unit=" steps", unit_scale=False, smoothing=0.05, mininterval=0.5
+        )
+        self._recent = RecentEpisodes(outcomes)
         self._share = 0.0
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:

@@ -1,4 +1,4 @@
-"""A row for each training step, to steps.npz: where the robot was, who drove, what was weighed."""
+"""A row for each training step, to steps.f32 and steps.npz: where the robot was, who drove, what was weighed."""
 
 from array import array
 from collections.abc import Mapping
@@ -18,22 +18,30 @@ _NAN = float("nan")
 
 
 class StepLog:
-    """Keeps the steps of a training, 44 bytes each, and writes them when it is closed.
+    """Writes the steps of a training, 44 bytes each, episode by episode, and all as columns when it is closed.
 
     `episode`, counted from 1 · `x`, `y`, `distance` to the goal (m) where the choice was made · `by_controller`, 1
     where the controller drove · `actor_v`, `actor_omega` what the actor wanted, before noise (m/s, rad/s) · `v`,
     `omega` what was executed · `q_policy`, `q_controller`, nan without a switch. Each float32 (steps,).
     """
 
-    def __init__(self, path: Path) -> None:
-        """Keep what close() will write to `path`."""
-        self._path = path
+    def __init__(self, rows: Path, columns: Path, episodes: int = 0) -> None:
+        """Open the files.
+
+        Args:
+            rows: where steps go while training lasts, row by row; what stands there is gone on with.
+            columns: what close() writes, all that stands in `rows` by name, as .npz.
+            episodes: that there were before.
+        """
+        self._rows, self._columns = rows, columns
+        self._file = rows.open("ab")
         self._values = array("f")
-        self._episode = 0
+        self._episode = episodes
         self._where: tuple[float, float, float] = (_NAN, _NAN, _NAN)
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
         """Note where it begins."""
+        self._values = array("f")
         self._episode += 1
         self._where = _where(info)
 
@@ -55,16 +63,20 @@ class StepLog:
         self._where = _where(step.info)
 
     def end_episode(self, episode: Episode) -> None:
-        """Nothing to add."""
+        """Write its rows."""
+        self._file.write(self._values.tobytes())
+        self._file.flush()
+        self._values = array("f")
 
     def close(self) -> None:
-        """Write the file, whole or not at all."""
-        table = np.array(self._values, dtype=np.float32).reshape(-1, len(COLUMNS))
+        """Write the columns, whole or not at all."""
+        self._file.close()
+        table = np.fromfile(self._rows, dtype=np.float32).reshape(-1, len(COLUMNS))
         columns: dict[str, Any] = dict(zip(COLUMNS, table.T, strict=True))
-        part = self._path.with_name(self._path.name + ".part")
+        part = self._columns.with_name(self._columns.name + ".part")
         with part.open("wb") as file:
             np.savez_compressed(file, **columns)
-        part.replace(self._path)
+        part.replace(self._columns)
 
 
 def _where(info: Mapping[str, Any]) -> tuple[float, float, float]:

@@ -61,6 +61,7 @@ class Recorder:
         selection: Selection,
         say: Callable[[str], None],
         first_step: int = 0,
+        first_episode: int = 0,
         counts_steps: bool = True,
         cameras: Cameras | None = None,
     ) -> None:
@@ -73,6 +74,7 @@ class Recorder:
             selection: which episodes.
             say: told once if recording fails.
             first_step: training steps that were made before.
+            first_episode: episodes that were driven before.
             counts_steps: whether the steps that are watched are training steps too.
             cameras: whose pictures are recorded too.
         """
@@ -83,7 +85,7 @@ class Recorder:
         self._publisher = Publisher(self._channels, environment, self._reader)
         self._file: RecordingFile | None = None
         self._waiting: list[Moment] = []
-        self._steps, self._episodes = first_step, 0
+        self._steps, self._episodes = first_step, first_episode
         self._counts_steps = counts_steps
         self._has_failed = False
         self.files = 0  # completed and kept

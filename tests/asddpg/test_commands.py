@@ -119,9 +119,7 @@ def test_same_seed_twice_is_equal_to_the_last_bit(tmp_path: Path) -> None:
     one, two = tmp_path / "one", tmp_path / "two"
     assert (one / "metrics.csv").read_bytes() == (two / "metrics.csv").read_bytes()
     assert (one / "validation.csv").read_bytes() == (two / "validation.csv").read_bytes()
-    weights = [
-        torch.load(run / "checkpoints/last/agent.pt", weights_only=True)["agent"]["networks"] for run in (one, two)
-    ]
+    weights = [torch.load(run / "checkpoints/last/agent.pt", weights_only=True)["networks"] for run in (one, two)]
     for name, value in weights[0].items():
         assert torch.equal(value, weights[1][name]), name
 

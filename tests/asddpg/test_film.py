@@ -13,6 +13,7 @@ import pytest
 from PIL import Image
 
 from asddpg import evaluate, train
+from asddpg.build import watched
 from asddpg.drivers import FixedDriver
 from asddpg.errors import UserError
 from asddpg.loop import run_episode
@@ -20,7 +21,6 @@ from asddpg.recording.cameras import Cameras
 from asddpg.recording.film import Film
 from asddpg.recording.reading import Recording, open_recording
 from asddpg.recording.recorder import Recorder, Selection, each
-from asddpg.train import watched
 from asddpg.types import Decision, Driver
 from tasks.errors import TaskError
 from tests.asddpg.test_recording import PROVENANCE, environment_of

@@ -13,14 +13,13 @@ import numpy as np
 import pytest
 
 from asddpg import train
-from asddpg.build import controller_for, make_environment
+from asddpg.build import controller_for, make_environment, watched
 from asddpg.compose import train_config
 from asddpg.drivers import FixedDriver, controller_alone
 from asddpg.errors import UserError
 from asddpg.loop import run_episode
 from asddpg.recording.live import LiveView
 from asddpg.steering import SteeredDriver
-from asddpg.train import watched
 from asddpg.types import Agent, Decision, Driver, Observation, Step
 from tests.asddpg.viewer import PATIENCE, Viewer, steps_of
 from tests.conftest import TINY, free_port

@@ -20,7 +20,7 @@ from mcap.writer import Writer
 from mcap_protobuf.decoder import DecoderFactory
 
 from asddpg import evaluate, train
-from asddpg.build import controller_for, make_environment
+from asddpg.build import controller_for, make_environment, watched
 from asddpg.compose import train_config
 from asddpg.drivers import FixedDriver, controller_alone
 from asddpg.errors import UserError
@@ -28,7 +28,6 @@ from asddpg.loop import run_episode
 from asddpg.recording.reading import Recording, open_recording
 from asddpg.recording.recorder import BATCH_STEPS, Provenance, Recorder, Selection, each
 from asddpg.recording.robot_messages import transforms
-from asddpg.train import watched
 from asddpg.types import Decision, Driver, Observation, Step
 from tasks.body_frames import BodyFrames, Frame
 from tasks.scene_parts import Shape, scene_parts

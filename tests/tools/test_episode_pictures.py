@@ -10,6 +10,7 @@ import pytest
 from PIL import Image
 
 import tasks
+from asddpg.build import watched
 from asddpg.compose import train_config
 from asddpg.drivers import FixedDriver
 from asddpg.errors import UserError
@@ -17,7 +18,6 @@ from asddpg.loop import run_episode
 from asddpg.recording.reading import open_recording
 from asddpg.recording.recorder import Provenance, Recorder, Selection, each
 from asddpg.run_folder import config_text
-from asddpg.train import watched
 from asddpg.types import Decision, Driver
 from tasks.errors import TaskError
 from tasks.state_digest import state_digest

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from asddpg.build import make_environment
+from asddpg.build import make_environment, watched
 from asddpg.compose import train_config
 from asddpg.drivers import FixedDriver
 from asddpg.loop import run_episode
@@ -18,7 +18,6 @@ from asddpg.recording.live_listener import GOAL_TOPICS
 from asddpg.recording.reading import open_recording
 from asddpg.recording.recorder import Provenance, Recorder, Selection, each
 from asddpg.recording.topics import CAMERA
-from asddpg.train import watched
 from asddpg.types import Decision, Driver
 from tasks.scenes import TASK_CAMERAS
 from tests.conftest import ROOT

@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from asddpg import train
-from asddpg.build import controller_for, make_environment
+from asddpg.build import controller_for, make_environment, watched
 from asddpg.compose import train_config
 from asddpg.drivers import FixedDriver
 from asddpg.errors import UserError
@@ -18,7 +18,7 @@ from asddpg.loop import run_episode
 from asddpg.recording.reading import open_recording
 from asddpg.recording.recorder import Provenance, Recorder, Selection, each
 from asddpg.run_folder import config_text
-from asddpg.train import hash_of, watched
+from asddpg.train import hash_of
 from asddpg.types import Decision, Driver, Observation
 from tests.conftest import TINY
 from tests.tools.recordings import changed, evaluated, with_steps

@@ -1,0 +1,89 @@
+"""See again what broke a training: `python -m asddpg.reproduce runs/<run>/breakdown_<step>`.
+
+From the checkpoint in the folder the same steps are made again, to the one that broke. Nothing is written.
+"""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, SupportsFloat
+
+from dm_control.rl.control import PhysicsError
+
+from asddpg import breakdown
+from asddpg.build import make_agent, make_environment, prepare_torch
+from asddpg.errors import Breakdown, UserError
+from asddpg.observers.finite_check import FiniteCheck, NotFiniteError
+from asddpg.program import run
+from asddpg.resumable import ResumableEpisodes
+from asddpg.run_folder import RunFolder, read_training
+from asddpg.training_states import TrainingStates
+from asddpg.types import Episode, Observation, Step
+
+
+def main(words: Sequence[str]) -> None:
+    """Drive to the step that broke, and tell of it."""
+    if len(words) != 1:
+        raise UserError("one folder is wanted, that of a breakdown: runs/<run>/breakdown_<step>")
+    dump = Path(words[0])
+    step, what = _read(dump)
+    config, _ = read_training(RunFolder(dump).config)
+    prepare_torch()
+    environment = make_environment(config.task, config.reward)
+    episodes = ResumableEpisodes(environment, make_agent(config, environment), config.seed, print)
+    state, _ = TrainingStates(RunFolder(dump).training_states).newest(lambda _: None)
+    if state is not None:
+        episodes.load_state(state["episodes"])
+    last = LastStep()
+    print(f"it was: after step {step} {what}\ndriving from step {episodes.step}", flush=True)
+    try:
+        while episodes.step <= step:
+            most = config.total_steps - episodes.steps  # as in the training: its last episode is cut there
+            episodes.drive_episode([last, FiniteCheck()], max_steps=most)
+    except (NotFiniteError, PhysicsError) as error:
+        print(f"again: after step {episodes.step} {error}\n{last.as_text()}")
+        return
+    raise Breakdown(f"step {step} has passed, and nothing broke: another machine, or other versions")
+
+
+def _read(dump: Path) -> tuple[int, str]:
+    try:
+        return breakdown.read(dump)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise UserError(f"{dump} is not the folder of a breakdown: no {breakdown.WHAT} can be read there") from error
+
+
+class LastStep:
+    """Watches, and keeps the last step that was finished."""
+
+    def __init__(self) -> None:
+        self._seen: tuple[Step, Mapping[str, SupportsFloat]] | None = None
+
+    def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
+        """Nothing to keep."""
+
+    def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
+        """Keep it."""
+        self._seen = (step, learned)
+
+    def end_episode(self, episode: Episode) -> None:
+        """Nothing to keep."""
+
+    def as_text(self) -> str:
+        """What it was."""
+        if self._seen is None:
+            return "no step was finished before"
+        step, learned = self._seen
+        figures = {name: f"{float(value):.6g}" for name, value in learned.items()}
+        lines = {
+            "driver": step.decision.driver,
+            "action": step.decision.action.tolist(),
+            "pose": step.info.get("pose"),
+            "reward terms": step.info.get("reward_terms"),
+            "observation": step.next_observation.tolist(),
+            "learned": figures,
+        }
+        return "\n".join(f"  {name}: {value}" for name, value in lines.items())
+
+
+if __name__ == "__main__":
+    run(main, str(__doc__))

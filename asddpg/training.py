@@ -1,0 +1,227 @@
+"""A training: episodes until the steps are used up, validations and checkpoints between them."""
+
+from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from typing import Any, SupportsFloat
+
+import gymnasium
+import torch
+from dm_control.rl.control import PhysicsError
+
+from asddpg import breakdown, checkpoint, growing_files
+from asddpg.agent import AsDDPG
+from asddpg.build import make_environment, watched
+from asddpg.config import TrainConfig
+from asddpg.drivers import actor_alone
+from asddpg.errors import Breakdown
+from asddpg.evaluation import evaluate
+from asddpg.observers.finite_check import FiniteCheck, NotFiniteError
+from asddpg.observers.metrics_log import MetricsLog, rows_of
+from asddpg.observers.progress import ProgressBar
+from asddpg.observers.step_log import StepLog
+from asddpg.observers.validation_log import write_validation
+from asddpg.recording.cameras import Cameras
+from asddpg.recording.live import LiveView
+from asddpg.recording.recorder import Provenance, Recorder, Selection, each
+from asddpg.resumable import ResumableEpisodes
+from asddpg.run_folder import RunFolder
+from asddpg.run_lock import RunLock
+from asddpg.stopping import StopBetweenSteps, Stopped, StopSignals
+from asddpg.training_states import TrainingStates
+from asddpg.types import Episode, Observation, Observer, Step
+from tasks.fresh_pairs import stored_pairs
+
+
+@dataclass(frozen=True)
+class Parts:
+    """What a training is put together from."""
+
+    config: TrainConfig
+    folder: RunFolder
+    lock: RunLock
+    environment: gymnasium.Env
+    agent: AsDDPG
+    provenance: Provenance
+    cameras: Cameras | None = None
+    live: LiveView | None = None
+
+
+class Training:
+    """From its beginning, or from where a checkpoint has it, to its end."""
+
+    def __init__(self, parts: Parts, state: Mapping[str, Any] | None = None) -> None:
+        """Begin a training, or go on from a state that TrainingStates gave.
+
+        Raises:
+            KeyError, RuntimeError, ValueError: the state is of another training.
+        """
+        self._parts, self._config, self._folder = parts, parts.config, parts.folder
+        # A second one: validating must not disturb the episode in progress or the stream of its goals.
+        self._validation_environment = make_environment(self._config.task, self._config.reward)
+        self._states = TrainingStates(self._folder.training_states)
+        self._episodes = ResumableEpisodes(parts.environment, parts.agent, self._config.seed, self._say)
+        self._validations, self._seconds = 0, 0.0
+        self._best: list[float] = []  # reach rate and metric, compared in this order
+        self._kept = 0  # training step of the newest checkpoint
+        self._bar: ProgressBar | None = None
+        if state is not None:
+            self._episodes.load_state(state["episodes"])
+            self._validations, self._seconds = state["validations"], state["seconds"]
+            self._best, self._kept = state["best"], state["step"]
+
+    @property
+    def seconds(self) -> float:
+        """What it has taken, in all processes together."""
+        return self._log.seconds
+
+    def run(self) -> None:
+        """Train.
+
+        Raises:
+            Stopped: a signal came; everything is kept.
+            Breakdown: a number is none; a dump is kept.
+            UserError: another process may write the run.
+        """
+        with StopSignals() as signals, ExitStack() as closing:
+            observers = self._observers(closing, signals)
+            try:
+                self._train(observers, signals)
+                self._keep()
+            except Stopped:
+                self._keep()
+                raise
+            except (NotFiniteError, PhysicsError) as error:
+                dump = breakdown.write(self._folder, self._states, self._episodes.step, str(error))
+                raise Breakdown(breakdown.sentence(dump, self._episodes.step, str(error))) from error
+            if signals.number:
+                raise Stopped(signals.number)
+        if not self._folder.checkpoint("best").exists():
+            checkpoint.save(self._folder.checkpoint("best"), self._parts.agent, self._episodes.step)
+
+    def _train(self, observers: Sequence[Observer], signals: StopSignals) -> None:
+        total = self._config.total_steps
+        while True:
+            self._validate_if_due(signals)
+            if self._episodes.steps >= total:
+                return
+            self._episodes.drive_episode(observers, max_steps=total - self._episodes.steps)
+
+    # Who watches --------------------------------------------------------------------------------------------------
+
+    def _observers(self, closing: ExitStack, signals: StopSignals) -> list[Observer]:
+        """Open the logs, where they end; what is opened is closed by `closing`, the last first."""
+        from torch.utils.tensorboard import SummaryWriter  # slow to import: not for those who only ask for help
+
+        folder, parts, done = self._folder, self._parts, self._episodes
+        self._tensorboard = closing.enter_context(SummaryWriter(str(folder.tensorboard)))
+        outcomes = [row["outcome"] for row in rows_of(folder.metrics)]
+        self._log = MetricsLog(folder.metrics, folder.timing, self._tensorboard, self._seconds)
+        closing.callback(self._log.close)
+        steps = StepLog(folder.step_rows, folder.steps, done.episodes)
+        closing.callback(steps.close)
+        self._bar = ProgressBar(self._config.total_steps, done.steps, outcomes)
+        closing.callback(self._bar.close)
+        recorder = self._recorder()
+        closing.callback(recorder.close)
+        observers: list[Observer] = [FiniteCheck(), self._log, steps, self._bar, recorder]
+        if parts.live is not None:
+            observers.append(parts.live)
+        return [*observers, _Checkpoints(self), StopBetweenSteps(signals)]
+
+    def _recorder(self) -> Recorder:
+        wanted, parts = self._config.record, self._parts
+        return Recorder(
+            self._folder.episodes,
+            watched(parts.environment),
+            parts.provenance,
+            Selection(each(wanted.every), keep=wanted.keep),
+            self._say,
+            first_step=self._episodes.steps,
+            first_episode=self._episodes.episodes,
+            cameras=parts.cameras,
+        )
+
+    def _say(self, text: str) -> None:
+        (self._bar.say if self._bar else print)(text)
+
+    # Validating ---------------------------------------------------------------------------------------------------
+
+    def _validate_if_due(self, signals: StopSignals) -> None:
+        every = self._config.validation.every
+        due = self._episodes.steps // every if every else 0
+        if due > self._validations:
+            self._validate(StopBetweenSteps(signals))
+            self._validations = due
+
+    def _validate(self, stopping: Observer) -> None:
+        config, agent, step = self._config, self._parts.agent, self._episodes.steps
+        pairs = stored_pairs(config.task.name, "validation", config.task.goal_radius)[: config.validation.episodes]
+        environment, timestep = self._validation_environment, config.task.control_timestep
+        figures = evaluate(environment, actor_alone(agent), pairs, timestep, [stopping])
+        reach, crash, metric = (figures.reach_rate.value, figures.crash_rate.value, figures.metric.value)
+        assert reach is not None
+        assert crash is not None
+        assert metric is not None
+        row = {"step": step, "reach_rate": reach, "crash_rate": crash, "metric": metric}
+        write_validation(self._folder.validation, self._tensorboard, row)
+        self._say(f"step {step}: actor alone reaches {reach:.2f}, crashes {crash:.2f} ({len(pairs)} validation pairs)")
+        checkpoint.save(self._folder.checkpoint("last"), agent, step)
+        if config.validation.snapshots:
+            checkpoint.save(self._folder.snapshot(step), agent, step)
+        if [reach, metric] > self._best:
+            self._best = [reach, metric]
+            checkpoint.save(self._folder.checkpoint("best"), agent, step)
+
+    # Keeping ------------------------------------------------------------------------------------------------------
+
+    def keep_if_due(self) -> None:
+        """Write a checkpoint, if it is time for one."""
+        every = self._config.checkpoint_every
+        if every and self._episodes.step >= (self._kept // every + 1) * every:
+            self._keep()
+
+    def _keep(self) -> None:
+        """Write a checkpoint, unless there is one of this step."""
+        step, agent = self._episodes.step, self._parts.agent
+        self._parts.lock.check()
+        if step == self._kept:
+            return
+        self._tensorboard.flush()
+        state = self._episodes.state()
+        _check_weights(state["agent"]["weights"])
+        self._states.write(
+            step,
+            {
+                "episodes": state,
+                "validations": self._validations,
+                "best": self._best,
+                "seconds": self.seconds,
+                "files": growing_files.lengths(self._folder.path),
+            },
+        )
+        self._kept = step
+        checkpoint.save(self._folder.checkpoint("last"), agent, step)
+
+
+class _Checkpoints:
+    """Watches, and has a checkpoint written after the step at which it is due."""
+
+    def __init__(self, training: Training) -> None:
+        self._training = training
+
+    def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
+        """Nothing to do."""
+
+    def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
+        """Write it, if it is due."""
+        self._training.keep_if_due()
+
+    def end_episode(self, episode: Episode) -> None:
+        """Nothing to do."""
+
+
+def _check_weights(weights: Mapping[str, torch.Tensor]) -> None:
+    for name, vector in weights.items():
+        if not bool(torch.isfinite(vector).all()):
+            raise NotFiniteError(f"a weight of {name} is not finite")
