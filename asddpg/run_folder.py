@@ -16,6 +16,8 @@ from asddpg.config import TrainConfig, check
 from asddpg.errors import UserError
 from tasks import ALL_TASKS
 
+PROLONGED = "prolonged"  # in `made_with`: from how many steps to how many, and when
+
 
 @dataclass(frozen=True)
 class RunFolder:

@@ -28,6 +28,7 @@ from asddpg.recording.how_to_open import how_to_watch
 from asddpg.recording.live import LiveView
 from asddpg.recording.recorder import Provenance
 from asddpg.run_folder import (
+    PROLONGED,
     RunFolder,
     config_text,
     new_run_folder,
@@ -94,7 +95,7 @@ def resume(path: str, words: Sequence[str]) -> None:
         take_back(folder, state)
         step = state["step"] if state else 0
         if config.total_steps != stored.total_steps:
-            made_with |= {"prolonged": f"from {stored.total_steps} to {config.total_steps} at step {step}"}
+            made_with |= {PROLONGED: f"from {stored.total_steps} to {config.total_steps} at step {step}"}
         settings = config_text(dataclasses.asdict(config), made_with)
         write_text(folder.config, settings)
         print(f"going on with {path} at step {step} of {config.total_steps}")

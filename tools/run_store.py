@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from asddpg.errors import UserError
-from asddpg.run_folder import RunFolder, read_config
+from asddpg.run_folder import PROLONGED, RunFolder, read_config
 
 Settings = dict[str, Any]
 SHOWN_DIFFERENCES = 3
@@ -28,11 +28,14 @@ class StoredRun:
 
 
 def stored_runs(folder: Path) -> list[StoredRun]:
-    """The finished runs in a folder; one whose configuration cannot be read counts as none."""
+    """The finished runs in a folder; one whose configuration cannot be read counts as none, nor does a prolonged one.
+
+    The schedules of a prolonged run ended before it did: it is not what its options say.
+    """
     runs = []
     for path in sorted(folder.glob("*/")):
         run = RunFolder(path)
-        if is_finished(run) and (read := _read(run)):
+        if is_finished(run) and (read := _read(run)) and PROLONGED not in read[1]:
             runs.append(StoredRun(run, *read))
     return runs
 
@@ -42,13 +45,22 @@ def is_finished(run: RunFolder) -> bool:
     return run.resources.is_file() and run.config.is_file()
 
 
+def is_begun(path: Path, settings: Settings) -> bool:
+    """Whether a run with these settings was begun there and can go on."""
+    run = RunFolder(path)
+    if not run.config.is_file() or is_finished(run):
+        return False
+    read = _read(run)
+    return read is not None and read[0] == settings and PROLONGED not in read[1]
+
+
 def find(settings: Settings, runs: Sequence[StoredRun]) -> StoredRun | None:
     """The run that was trained with these settings."""
     return next((run for run in runs if run.settings == settings), None)
 
 
 def make_room(path: Path, settings: Settings) -> str:
-    """Free the folder of a run to train: an unfinished run is removed, everything else kept under another name.
+    """Free the folder of a run to train: what is no more than begun is removed, all else kept under another name.
 
     Returns:
         What was kept and why, or nothing.
@@ -60,7 +72,7 @@ def make_room(path: Path, settings: Settings) -> str:
         shutil.rmtree(path)
         return ""
     read = _read(run)
-    reason = _named(differences(read[0], settings)) if read else "is no run that can be read"
+    reason = _named(differences(read[0], settings), PROLONGED in read[1]) if read else "is no run that can be read"
     kept = next(old for number in range(1, 10_000) if not (old := path.with_name(f"{path.name}.old{number}")).exists())
     path.rename(kept)
     return f"{path} {reason}; it is kept as {kept} and trained anew"
@@ -76,7 +88,9 @@ def differences(old: Settings, new: Settings) -> list[str]:
     ]
 
 
-def _named(found: Sequence[str]) -> str:
+def _named(found: Sequence[str], is_prolonged: bool) -> str:
+    if is_prolonged:
+        return "was prolonged after its schedules had ended"
     more = f" and {len(found) - SHOWN_DIFFERENCES} more" if len(found) > SHOWN_DIFFERENCES else ""
     return f"was trained with other options ({', '.join(found[:SHOWN_DIFFERENCES])}{more})"
 

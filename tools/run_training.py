@@ -13,7 +13,7 @@ from pathlib import Path
 
 from asddpg.errors import UserError
 from tools.run_groups import Run
-from tools.run_store import make_room
+from tools.run_store import is_begun, make_room
 
 AT_ONCE = 2
 LOOK_EVERY = 0.2  # seconds
@@ -67,18 +67,21 @@ def _train(waiting: deque[Run], folder: Path, lock: int) -> list[Run]:
 
 def _start(run: Run, folder: Path, lock: int) -> _Training:
     path = folder / run.name
-    if said := make_room(path, run.settings):
+    goes_on = is_begun(path, run.settings)
+    if not goes_on and (said := make_room(path, run.settings)):
         print(said, flush=True)
-    with log_of(run, folder).open("wb") as log:
+    with log_of(run, folder).open("ab" if goes_on else "wb") as log:
         # In a session of its own, so that Ctrl-C reaches it once, through _stop.
         # It holds the lock too: should this program be killed, nobody else touches the folder before it has ended.
-        process = subprocess.Popen(command(run, path), stdout=log, stderr=log, start_new_session=True, pass_fds=(lock,))
+        words = command(run, path, goes_on)
+        process = subprocess.Popen(words, stdout=log, stderr=log, start_new_session=True, pass_fds=(lock,))
     return _Training(run, process)
 
 
-def command(run: Run, path: Path) -> list[str]:
-    """What trains a run."""
-    return [sys.executable, "-m", "asddpg.train", *run.words, f"run_dir={path}"]
+def command(run: Run, path: Path, goes_on: bool) -> list[str]:
+    """What trains a run, from its beginning or from its last checkpoint."""
+    words = [f"resume={path}"] if goes_on else [*run.words, f"run_dir={path}"]
+    return [sys.executable, "-m", "asddpg.train", *words]
 
 
 def how_it_ended(status: int) -> str:

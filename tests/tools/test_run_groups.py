@@ -3,11 +3,12 @@
 from pathlib import Path
 
 import pytest
+import yaml
 
 from asddpg.errors import UserError
 from tests.tools.fake_runs import finish, finish_group
 from tools.run_groups import Group, finished, missing
-from tools.run_store import differences, make_room, stored_runs
+from tools.run_store import differences, is_begun, make_room, stored_runs
 
 DEFAULT = Group("default", ("task=nav_empty",), 1000, (0, 1, 2))
 WIDTHS = Group("fc3x256", ("task=nav_empty", "network=fc3x256"), 1000, (0, 1))
@@ -74,6 +75,25 @@ def test_an_unfinished_run_makes_room_and_a_folder_that_is_no_run_is_kept(tmp_pa
     (path / "precious.txt").write_text("mine")
     assert "kept as" in make_room(path, DEFAULT.settings(0))
     assert (tmp_path / "default_seed0.old1/precious.txt").read_text() == "mine"
+
+
+def test_a_prolonged_run_is_not_the_experiment_of_its_options(tmp_path: Path) -> None:
+    path = finish(tmp_path / "default_seed0", DEFAULT.settings(0))
+    config = path / "config.yaml"
+    content = yaml.safe_load(config.read_text())
+    content["made_with"]["prolonged"] = "from 500 to 1000 at step 500"
+    config.write_text(yaml.safe_dump(content))
+    assert not stored_runs(tmp_path)
+    assert "prolonged" in make_room(path, DEFAULT.settings(0))
+
+
+def test_only_an_unfinished_run_of_the_same_options_goes_on(tmp_path: Path) -> None:
+    path = finish(tmp_path / "default_seed0", DEFAULT.settings(0))
+    assert not is_begun(path, DEFAULT.settings(0))
+    (path / "resources.json").unlink()
+    assert is_begun(path, DEFAULT.settings(0))
+    assert not is_begun(path, DEFAULT.settings(1))
+    assert not is_begun(tmp_path / "nowhere", DEFAULT.settings(0))
 
 
 def test_differences_are_named_on_both_sides() -> None:

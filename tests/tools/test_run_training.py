@@ -20,7 +20,7 @@ GROUP = Group("empty", ("task=nav_empty",), 1000, (0, 1, 2, 3))
 def pretend(monkeypatch: pytest.MonkeyPatch, script: str) -> list[Run]:
     """Runs whose training is a script with the run's folder as its argument."""
     monkeypatch.setattr(run_training, "LOOK_EVERY", 0.01)
-    monkeypatch.setattr(run_training, "command", lambda _, path: [sys.executable, "-S", "-c", script, str(path)])
+    monkeypatch.setattr(run_training, "command", lambda _, path, __: [sys.executable, "-S", "-c", script, str(path)])
     return missing({"empty": GROUP}, [])
 
 
@@ -51,9 +51,28 @@ def test_two_at_a_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_the_command_trains() -> None:
     (run, *_) = missing({"empty": GROUP}, [])
-    words = run_training.command(run, Path("here"))
+    words = run_training.command(run, Path("here"), goes_on=False)
     assert words[1:3] == ["-m", "asddpg.train"]
     assert words[3:] == [*GROUP.options, "seed=0", "run_dir=here"]
+    assert run_training.command(run, Path("here"), goes_on=True)[3:] == ["resume=here"]
+
+
+def test_a_run_that_was_broken_off_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With a script that says how it was called, after what the first attempt said."""
+    runs = pretend(monkeypatch, "")[:2]
+    (finish(tmp_path / runs[0].name, runs[0].settings) / "resources.json").unlink()
+    run_training.log_of(runs[0], tmp_path).write_text("begun\n")
+    words: dict[str, bool] = {}
+
+    def command(run: Run, _: Path, goes_on: bool) -> list[str]:
+        words[run.name] = goes_on
+        return [sys.executable, "-S", "-c", f"print('goes on' if {goes_on} else 'begins')"]
+
+    monkeypatch.setattr(run_training, "command", command)
+    assert not run_training.train(runs, tmp_path)
+    assert words == {runs[0].name: True, runs[1].name: False}
+    assert run_training.log_of(runs[0], tmp_path).read_text() == "begun\ngoes on\n"
+    assert run_training.log_of(runs[1], tmp_path).read_text() == "begins\n"
 
 
 def test_a_signal_is_named() -> None:
@@ -72,7 +91,7 @@ from tools import run_training
 from tools.run_groups import Group, missing
 script = "import os, sys, time, pathlib; p = pathlib.Path(sys.argv[1]); p.mkdir(); (p / str(os.getpid())).touch();"
 script += "time.sleep(60 * ('seed0' not in sys.argv[1]))"
-run_training.command = lambda run, path: [sys.executable, "-S", "-c", script, str(path)]
+run_training.command = lambda run, path, _: [sys.executable, "-S", "-c", script, str(path)]
 group = Group("", ("task=nav_empty",), 1000, (0, 1, 2, 3))
 signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may start tests with it ignored
 try:
