@@ -96,6 +96,7 @@ def resume(path: str, words: Sequence[str]) -> None:
         step = state["step"] if state else 0
         if config.total_steps != stored.total_steps:
             made_with |= {PROLONGED: f"from {stored.total_steps} to {config.total_steps} at step {step}"}
+            print("note: what changes over a training (noise, withdrawal, annealing) spans the new length from here on")
         settings = config_text(dataclasses.asdict(config), made_with)
         write_text(folder.config, settings)
         print(f"going on with {path} at step {step} of {config.total_steps}")
@@ -140,7 +141,7 @@ def _train(
         training = Training(parts, state)
         training.run()
     except Stopped as stopped:
-        print(f"stopped; to go on: {again}", file=sys.stderr)
+        print(f"stopped after step {training.step}; to go on: {again}", file=sys.stderr)
         sys.exit(stopped.status)
     except (KeyboardInterrupt, OSError):
         print(f"the training can go on from its last checkpoint: {again}", file=sys.stderr)

@@ -71,6 +71,11 @@ class Training:
             self._best, self._kept = state["best"], state["step"]
 
     @property
+    def step(self) -> int:
+        """Training steps made so far."""
+        return self._episodes.step
+
+    @property
     def seconds(self) -> float:
         """What it has taken, in all processes together."""
         return self._log.seconds
