@@ -12,7 +12,7 @@ from torch.optim import Adam
 from asddpg.annealing import Annealing
 from asddpg.assistance import assisted_reward
 from asddpg.config import LearningConfig
-from asddpg.controllers import Controller
+from asddpg.controllers import Controller, Remembers
 from asddpg.exploration import OrnsteinUhlenbeckNoise
 from asddpg.flat import FlatParameters
 from asddpg.losses import Batch, TargetRule, bellman_targets, critic_dqn_loss, policy_loss
@@ -202,6 +202,7 @@ class AsDDPG:
             "withdrawal": self._withdrawal.state(),
             "returns": self._returns.state(),
             "smoothing": self._smoothing.get_state(),
+            "controller": self.controller.state() if isinstance(self.controller, Remembers) else None,
             "steps": self.steps,
             "updates": self.updates,
         }
@@ -221,6 +222,8 @@ class AsDDPG:
         self._withdrawal.load_state(state["withdrawal"])
         self._returns.load_state(state["returns"])
         self._smoothing.set_state(state["smoothing"])
+        if isinstance(self.controller, Remembers):
+            self.controller.load_state(state["controller"])
         self.steps, self.updates = state["steps"], state["updates"]
 
     def _vectors(self) -> dict[str, FlatParameters]:

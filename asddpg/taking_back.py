@@ -5,6 +5,9 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
+
 from asddpg import growing_files
 from asddpg.run_folder import RunFolder
 from asddpg.training_states import TrainingStates
@@ -25,9 +28,21 @@ def take_back(folder: RunFolder, state: Mapping[str, Any] | None) -> None:
     for path in folder.snapshots():
         if path > folder.snapshot(step):
             shutil.rmtree(path.parent)
+    _restore(folder.checkpoint("best"), state["best_file"] if state else None)
     for path in (folder.test, folder.resources):
         path.unlink(missing_ok=True)
     TrainingStates(folder.training_states).forget_after(step)
+
+
+def _restore(best: Path, content: npt.NDArray[np.uint8] | None) -> None:
+    """The weights that were best then: those that were best later are of a future that may not come."""
+    if content is None:
+        best.unlink(missing_ok=True)
+        return
+    best.parent.mkdir(parents=True, exist_ok=True)
+    part = best.with_name(best.name + ".part")
+    part.write_bytes(content.tobytes())
+    part.replace(best)
 
 
 def _episode_of(recording: Path) -> int:

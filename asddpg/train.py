@@ -138,7 +138,7 @@ def _train(
     if made.live is not None:
         print(how_to_watch(made.live.port))
     try:
-        training = Training(parts, state)
+        training = _training(parts, state)
         training.run()
     except Stopped as stopped:
         print(f"stopped after step {training.step}; to go on: {again}", file=sys.stderr)
@@ -146,14 +146,17 @@ def _train(
     except (KeyboardInterrupt, OSError):
         print(f"the training can go on from its last checkpoint: {again}", file=sys.stderr)
         raise
-    except (KeyError, RuntimeError, ValueError) as error:
-        if state is None:
-            raise
-        raise UserError(f"the checkpoint of {folder.path} does not fit its config.yaml: {error}") from error
     finally:
         if made.live is not None:
             made.live.close()
     _finish(made, folder, made_with, training.seconds)
+
+
+def _training(parts: Parts, state: Mapping[str, Any] | None) -> Training:
+    try:
+        return Training(parts, state)
+    except (KeyError, RuntimeError, ValueError) as error:
+        raise UserError(f"the checkpoint of {parts.folder.path} does not fit its config.yaml: {error}") from error
 
 
 def _finish(made: _Made, folder: RunFolder, made_with: dict[str, str], seconds: float) -> None:

@@ -3,9 +3,11 @@
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, SupportsFloat
 
 import gymnasium
+import numpy as np
 import torch
 from dm_control.rl.control import PhysicsError
 
@@ -201,12 +203,17 @@ class Training:
                 "episodes": state,
                 "validations": self._validations,
                 "best": self._best,
+                "best_file": _bytes_of(self._folder.checkpoint("best")),
                 "seconds": self.seconds,
                 "files": growing_files.lengths(self._folder.path),
             },
         )
         self._kept = step
         checkpoint.save(self._folder.checkpoint("last"), agent, step)
+
+
+def _bytes_of(path: Path) -> np.ndarray[Any, np.dtype[np.uint8]] | None:
+    return np.frombuffer(path.read_bytes(), np.uint8) if path.is_file() else None
 
 
 class _Checkpoints:
