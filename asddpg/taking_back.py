@@ -6,8 +6,10 @@ from pathlib import Path
 from typing import Any
 
 from asddpg import growing_files
+from asddpg.observers.metrics_log import rows_of
 from asddpg.run_folder import RunFolder
 from asddpg.training_states import TrainingStates
+from asddpg.whole_files import write_whole
 
 
 def take_back(folder: RunFolder, state: Mapping[str, Any] | None) -> None:
@@ -17,14 +19,20 @@ def take_back(folder: RunFolder, state: Mapping[str, Any] | None) -> None:
         folder: the run's.
         state: of the checkpoint, as TrainingStates gave it; None for the beginning.
     """
+    best = state["best_weights"] if state else None
     step, episodes = (state["step"], state["episodes"]["episodes"]) if state else (0, 0)
     growing_files.take_back(folder.path, state["files"] if state else {})
     for path in folder.episodes.glob("*.mcap*"):
         if _episode_of(path) > episodes:
             path.unlink()
-    for path in folder.snapshots():
-        if path > folder.snapshot(step):
-            shutil.rmtree(path.parent)
+    validated = {folder.snapshot(int(row["step"])).parent for row in rows_of(folder.validation)}
+    for path in folder.path.glob("checkpoints/step_*"):
+        if path not in validated:
+            shutil.rmtree(path)
+    if best is None:
+        folder.checkpoint("best").unlink(missing_ok=True)
+    else:
+        write_whole(folder.checkpoint("best"), best.tobytes())
     for path in (folder.test, folder.resources):
         path.unlink(missing_ok=True)
     TrainingStates(folder.training_states).forget_after(step)
