@@ -6,7 +6,7 @@ PIP_INSTALL = $(BIN)/python -m pip install --quiet --constraint constraints.txt
 task ?= nav_complex
 ARGS ?=
 
-.PHONY: help install dev train evaluate check test test-fast test-long test-node bench results ablation clean
+.PHONY: help install dev train evaluate check test test-fast test-long test-node faults bench results ablation clean
 
 help:
 	@echo 'make train task=nav_complex ARGS="seed=1 total_steps=5000"   set up, train, evaluate'
@@ -14,6 +14,7 @@ help:
 	@echo 'make check      format, lint, types, models     make bench      speed of environment and training'
 	@echo 'make results    the runs behind the README      make ablation   what each factor of the learning does'
 	@echo 'make test-node  recordings, read by the libraries that Foxglove reads with (Node)'
+	@echo 'make faults     runs that are killed, damaged and compared to the last bit'
 	@echo 'make clean      remove .venv and caches         ARGS=list with the two: what they would train'
 
 # Installing writes the stamp last: an interrupted install is begun again.
@@ -53,10 +54,13 @@ test: dev
 	$(BIN)/python -m pytest
 
 test-fast: dev
-	$(BIN)/python -m pytest -m "not slow and not long"
+	$(BIN)/python -m pytest -m "not slow and not long and not faults"
 
 test-long: dev
 	$(BIN)/python -m pytest -m long
+
+faults: dev
+	$(BIN)/python -m pytest -m faults -s tests/faults $(ARGS)
 
 test-node: dev
 	tests/node/check $(BIN)/python

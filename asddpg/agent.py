@@ -226,6 +226,10 @@ class AsDDPG:
             self.controller.load_state(state["controller"])
         self.steps, self.updates = state["steps"], state["updates"]
 
+    def finite_weights(self) -> dict[str, bool]:
+        """Whether each network's weights are all numbers."""
+        return {name: bool(torch.isfinite(flat.vector).all()) for name, flat in self._vectors().items()}
+
     def _vectors(self) -> dict[str, FlatParameters]:
         return {
             "critic_dqn": self._critic_dqn,

@@ -1,8 +1,9 @@
 """The networks' weights on disk: written whole or not at all, read without running code.
 
-What a training needs to go on is kept apart, in asddpg/training_state.py.
+What a training needs to go on is kept apart, in asddpg/training_states.py.
 """
 
+import io
 import pickle
 from pathlib import Path
 from typing import Any
@@ -11,17 +12,22 @@ import torch
 
 from asddpg.agent import AsDDPG
 from asddpg.errors import UserError
+from asddpg.whole_files import write_whole
 
 FORMAT = "asddpg-snapshot-1"
 _WITH_OPTIMIZERS = "asddpg-checkpoint-1"  # of earlier versions: targets and optimisers stand beside the weights
 
 
 def save(path: Path, agent: AsDDPG, step: int) -> None:
-    """Write the networks' weights after `step` training steps: enough to drive, too little to train on."""
+    """Write the networks' weights after `step` training steps: enough to drive, too little to train on.
+
+    Raises:
+        OSError: they could not be written; what was there before is as it was.
+    """
     path.parent.mkdir(parents=True, exist_ok=True)
-    part = path.with_name(path.name + ".part")
-    torch.save({"format": FORMAT, "step": step, "networks": agent.networks.state_dict()}, part)
-    part.replace(path)
+    content = io.BytesIO()  # torch itself says RuntimeError of a full disk
+    torch.save({"format": FORMAT, "step": step, "networks": agent.networks.state_dict()}, content)
+    write_whole(path, content.getbuffer())
 
 
 def load(path: Path, agent: AsDDPG) -> int:

@@ -94,7 +94,12 @@ class ReplayBuffer:
         Raises:
             ValueError: it is of a ring of another size.
         """
-        self._size, self._next = len(state["rows"]), state["next"]
+        size, following = len(state["rows"]), state["next"]
+        if size > self._capacity or following != (size if size < self._capacity else following % size):
+            raise ValueError(
+                f"a replay buffer of {self._capacity} cannot take {size} rows with the next at {following}"
+            )
+        self._size, self._next = size, following
         self._rows[: self._size] = state["rows"]
         self._rng.bit_generator.state = state["rng"]
 

@@ -36,9 +36,9 @@ def main(words: Sequence[str]) -> None:
     last = LastStep()
     print(f"it was: after step {step} {what}\ndriving from step {episodes.step}", flush=True)
     try:
-        while episodes.step <= step:
+        while episodes.step <= step and episodes.steps < config.total_steps:
             most = config.total_steps - episodes.steps  # as in the training: its last episode is cut there
-            episodes.drive_episode([last, FiniteCheck()], max_steps=most)
+            episodes.drive_episode([last, FiniteCheck(), _WeightsCheck(episodes, step)], max_steps=most)
     except (NotFiniteError, PhysicsError) as error:
         print(f"again: after step {episodes.step} {error}\n{last.as_text()}")
         return
@@ -50,6 +50,24 @@ def _read(dump: Path) -> tuple[int, str]:
         return breakdown.read(dump)
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise UserError(f"{dump} is not the folder of a breakdown: no {breakdown.WHAT} can be read there") from error
+
+
+class _WeightsCheck:
+    """Watches, and looks at the weights after the step that broke, as the training did when it wrote a checkpoint."""
+
+    def __init__(self, episodes: ResumableEpisodes, step: int) -> None:
+        self._episodes, self._step = episodes, step
+
+    def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
+        """Nothing to look at."""
+
+    def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
+        """Look at them, if it is the step."""
+        if self._episodes.step == self._step:
+            self._episodes.check_weights()
+
+    def end_episode(self, episode: Episode) -> None:
+        """Nothing to look at."""
 
 
 class LastStep:

@@ -9,6 +9,7 @@ from asddpg.agent import AsDDPG
 from asddpg.build import watched
 from asddpg.history import History, Redriven, Remembered, remembered
 from asddpg.loop import run_episode
+from asddpg.observers.finite_check import NotFiniteError
 from asddpg.streams import stream
 from asddpg.types import Agent, Episode, Observer
 from tasks.state_digest import state_digest
@@ -54,6 +55,16 @@ class ResumableEpisodes:
         self.steps += episode.steps
         self.episodes += 1
         return episode
+
+    def check_weights(self) -> None:
+        """See that the agent's weights are numbers.
+
+        Raises:
+            NotFiniteError: one is none.
+        """
+        for name, is_finite in self._agent.finite_weights().items():
+            if not is_finite:
+                raise NotFiniteError(f"a weight of {name} is not finite")
 
     def state(self) -> dict[str, Any]:
         """All that the steps to come depend on."""

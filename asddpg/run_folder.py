@@ -14,6 +14,7 @@ from omegaconf.errors import OmegaConfBaseException
 from asddpg.compose import first_line
 from asddpg.config import TrainConfig, check
 from asddpg.errors import UserError
+from asddpg.whole_files import write_whole
 from tasks import ALL_TASKS
 
 PROLONGED = "prolonged"  # in `made_with`: from how many steps to how many, and when
@@ -151,7 +152,7 @@ def open_run_folder(path: str) -> RunFolder:
     """
     folder = RunFolder(Path(path))
     if not folder.config.is_file():
-        raise UserError(f"{path} is not the folder of a run: it has no config.yaml")
+        raise UserError(f"{path or 'nothing'} is not the folder of a run: it has no config.yaml")
     return folder
 
 
@@ -222,6 +223,4 @@ def write_json(path: Path, content: dict[str, Any]) -> None:
 
 def write_text(path: Path, text: str) -> None:
     """Write a file that is whole or, if there was one before, the one before."""
-    part = path.with_name(path.name + ".part")
-    part.write_text(text, encoding="utf-8")
-    part.replace(path)
+    write_whole(path, text.encode())

@@ -7,17 +7,25 @@
 import hashlib
 import json
 import os
+import re
+import zipfile
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import torch
-from safetensors.torch import load_file, save_file
+from safetensors import SafetensorError
+from safetensors.torch import load_file
+from safetensors.torch import save as serialised
 
 STATE, ARRAYS, TENSORS, SUMS = "state.json", "arrays.npz", "weights.safetensors", "SHA256SUMS"
 _MOST_INLINE = 512  # numbers of an array that stands in state.json
-_INLINE, _ARRAY, _TENSOR = "inline array", "array", "tensor"  # keys of what stands for an array in the tree
+# Keys of what stands for an array in the tree, and for a mapping that has such keys itself.
+_INLINE, _ARRAY, _TENSOR, _MAPPING = "inline array", "array", "tensor", "mapping"
+_MARKERS = frozenset((_INLINE, _ARRAY, _TENSOR, _MAPPING))
+# What files lead to that have right checksums and yet are none of write()'s.
+_NONSENSE = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RuntimeError, EOFError, MemoryError)
 
 
 class DamagedStateError(Exception):
@@ -29,10 +37,11 @@ def write(folder: Path, tree: Mapping[str, Any]) -> None:
 
     Args:
         folder: an empty one.
-        tree: mappings come back as dicts, sequences as lists.
+        tree: mappings by string come back as dicts, lists and tuples as lists.
 
     Raises:
         OSError: there is no room, or the folder cannot be written.
+        TypeError: there is something else in the tree.
     """
     arrays: dict[str, Any] = {}
     tensors: dict[str, torch.Tensor] = {}
@@ -40,7 +49,8 @@ def write(folder: Path, tree: Mapping[str, Any]) -> None:
     (folder / STATE).write_text(text, encoding="utf-8")
     with (folder / ARRAYS).open("wb") as file:
         np.savez(file, allow_pickle=False, **arrays)
-    _save_tensors(tensors, folder / TENSORS)
+    # Not save_file: it makes a file that only its owner may read, and says of a full disk in words alone.
+    (folder / TENSORS).write_bytes(serialised(tensors))
     (folder / SUMS).write_text(_sums(folder), encoding="ascii")
     for path in (*(folder / name for name in (STATE, ARRAYS, TENSORS, SUMS)), folder):
         to_disk(path)
@@ -63,8 +73,10 @@ def read(folder: Path) -> dict[str, Any]:
         tensors = load_file(folder / TENSORS)
         with np.load(folder / ARRAYS, allow_pickle=False) as arrays:
             whole: dict[str, Any] = _restored(tree, arrays, tensors)
-    except (ValueError, KeyError, EOFError) as error:
+    except (SafetensorError, zipfile.BadZipFile, *_NONSENSE) as error:
         raise DamagedStateError(f"it cannot be read: {error}") from error
+    if not isinstance(whole, dict):
+        raise DamagedStateError(f"{STATE} holds no mapping")
     return whole
 
 
@@ -93,30 +105,38 @@ def _differing(folder: Path, sums: str) -> str:
     return ", ".join(wrong) or SUMS
 
 
-def _save_tensors(tensors: Mapping[str, torch.Tensor], path: Path) -> None:
-    try:
-        save_file({name: tensor.contiguous() for name, tensor in tensors.items()}, path)
-    except Exception as error:  # safetensors' own, which says in words alone that the disk is full
-        if type(error).__name__ != "SafetensorError":
-            raise
-        raise OSError(None, str(error), str(path)) from error
-
-
-def _plain(value: Any, name: str, arrays: dict[str, Any], tensors: dict[str, torch.Tensor]) -> Any:
+def _plain(value: Any, place: str, arrays: dict[str, Any], tensors: dict[str, torch.Tensor]) -> Any:
     """The tree for JSON; arrays and tensors go to their dictionaries, named by their place."""
     if isinstance(value, Mapping):
-        return {key: _plain(each, f"{name}.{key}" if name else key, arrays, tensors) for key, each in value.items()}
+        return _plain_mapping(value, place, arrays, tensors)
     if isinstance(value, list | tuple):
-        return [_plain(each, f"{name}.{index}", arrays, tensors) for index, each in enumerate(value)]
+        return [_plain(each, f"{place}.{index}", arrays, tensors) for index, each in enumerate(value)]
     if isinstance(value, torch.Tensor):
-        tensors[name] = value
+        name = _name(place, tensors)
+        # A copy, because safetensors takes no two that share memory.
+        tensors[name] = value.detach().cpu().clone(memory_format=torch.contiguous_format)
         return {_TENSOR: name}
     if not isinstance(value, np.ndarray):
-        return value
+        return value  # for JSON, which refuses what it does not know
+    if value.dtype.kind not in "biuf":
+        raise TypeError(f"{place} holds an array of {value.dtype}, and arrays of numbers alone can be written")
     if value.size > _MOST_INLINE:
+        name = _name(place, arrays)
         arrays[name] = value
         return {_ARRAY: name}
     return {_INLINE: value.tolist(), "dtype": value.dtype.str, "shape": value.shape}
+
+
+def _plain_mapping(value: Mapping[Any, Any], place: str, arrays: Any, tensors: Any) -> dict[str, Any]:
+    if not all(isinstance(key, str) for key in value):
+        raise TypeError(f"{place or 'the tree'} has a key that is no string")
+    plain = {key: _plain(each, f"{place}.{key}" if place else key, arrays, tensors) for key, each in value.items()}
+    return plain if _MARKERS.isdisjoint(value) else {_MAPPING: plain}
+
+
+def _name(place: str, taken: Mapping[str, Any]) -> str:
+    """The place in letters that any file may have, and no name twice."""
+    return f"{len(taken):03d}.{re.sub(r'[^A-Za-z0-9_.]', '_', place)[:100]}"
 
 
 def _restored(value: Any, arrays: Mapping[str, Any], tensors: Mapping[str, torch.Tensor]) -> Any:
@@ -130,4 +150,4 @@ def _restored(value: Any, arrays: Mapping[str, Any], tensors: Mapping[str, torch
         return arrays[value[_ARRAY]]
     if _TENSOR in value:
         return tensors[value[_TENSOR]]
-    return {key: _restored(each, arrays, tensors) for key, each in value.items()}
+    return {key: _restored(each, arrays, tensors) for key, each in value.get(_MAPPING, value).items()}

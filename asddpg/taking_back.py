@@ -5,12 +5,11 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-import numpy.typing as npt
-
 from asddpg import growing_files
+from asddpg.observers.metrics_log import rows_of
 from asddpg.run_folder import RunFolder
 from asddpg.training_states import TrainingStates
+from asddpg.whole_files import write_whole
 
 
 def take_back(folder: RunFolder, state: Mapping[str, Any] | None) -> None:
@@ -20,29 +19,23 @@ def take_back(folder: RunFolder, state: Mapping[str, Any] | None) -> None:
         folder: the run's.
         state: of the checkpoint, as TrainingStates gave it; None for the beginning.
     """
+    best = state["best_weights"] if state else None
     step, episodes = (state["step"], state["episodes"]["episodes"]) if state else (0, 0)
     growing_files.take_back(folder.path, state["files"] if state else {})
     for path in folder.episodes.glob("*.mcap*"):
         if _episode_of(path) > episodes:
             path.unlink()
-    for path in folder.snapshots():
-        if path > folder.snapshot(step):
-            shutil.rmtree(path.parent)
-    _restore(folder.checkpoint("best"), state["best_file"] if state else None)
+    validated = {folder.snapshot(int(row["step"])).parent for row in rows_of(folder.validation)}
+    for path in folder.path.glob("checkpoints/step_*"):
+        if path not in validated:
+            shutil.rmtree(path)
+    if best is None:
+        folder.checkpoint("best").unlink(missing_ok=True)
+    else:
+        write_whole(folder.checkpoint("best"), best.tobytes())
     for path in (folder.test, folder.resources):
         path.unlink(missing_ok=True)
     TrainingStates(folder.training_states).forget_after(step)
-
-
-def _restore(best: Path, content: npt.NDArray[np.uint8] | None) -> None:
-    """The weights that were best then: those that were best later are of a future that may not come."""
-    if content is None:
-        best.unlink(missing_ok=True)
-        return
-    best.parent.mkdir(parents=True, exist_ok=True)
-    part = best.with_name(best.name + ".part")
-    part.write_bytes(content.tobytes())
-    part.replace(best)
 
 
 def _episode_of(recording: Path) -> int:

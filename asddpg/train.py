@@ -8,6 +8,7 @@ import platform
 import resource
 import sys
 from collections.abc import Mapping, Sequence
+from contextlib import ExitStack
 from importlib import metadata
 from typing import Any
 
@@ -22,6 +23,7 @@ from asddpg.drivers import actor_alone
 from asddpg.errors import UserError
 from asddpg.evaluation import Figures, evaluate, table
 from asddpg.growing_files import check as check_files
+from asddpg.observers.metrics_log import rows_of
 from asddpg.program import python, run
 from asddpg.recording.cameras import Cameras
 from asddpg.recording.how_to_open import how_to_watch
@@ -88,6 +90,8 @@ def resume(path: str, words: Sequence[str]) -> None:
     with RunLock(folder.path) as lock:
         states = TrainingStates(folder.training_states)
         state, damaged = states.newest(lambda each: check_files(folder.path, each["files"]))
+        if state is None:
+            _check_not_begun(folder, stored)
         made = _make(config)
         _tell_differences(made_with, versions() | {"model_hash": hash_of(made.environment)})
         for sentence in damaged:
@@ -129,7 +133,7 @@ def _train(
     lock: RunLock,
     settings: str,
     made_with: dict[str, str],
-    state: Mapping[str, Any] | None,
+    state: dict[str, Any] | None,
 ) -> None:
     config = made.config
     provenance = provenance_of(config, settings, made_with)
@@ -138,25 +142,41 @@ def _train(
     if made.live is not None:
         print(how_to_watch(made.live.port))
     try:
-        training = _training(parts, state)
-        training.run()
+        with ExitStack() as closing:
+            if made.live is not None:
+                closing.callback(made.live.close)
+            training = _training(parts, state)
+            training.run()
+        _finish(made, folder, made_with, training.seconds)
     except Stopped as stopped:
         print(f"stopped after step {training.step}; to go on: {again}", file=sys.stderr)
         sys.exit(stopped.status)
-    except (KeyboardInterrupt, OSError):
+    except (KeyboardInterrupt, OSError, SystemExit):
         print(f"the training can go on from its last checkpoint: {again}", file=sys.stderr)
         raise
-    finally:
-        if made.live is not None:
-            made.live.close()
-    _finish(made, folder, made_with, training.seconds)
 
 
-def _training(parts: Parts, state: Mapping[str, Any] | None) -> Training:
+def _training(parts: Parts, state: dict[str, Any] | None) -> Training:
     try:
-        return Training(parts, state)
-    except (KeyError, RuntimeError, ValueError) as error:
+        training = Training(parts, state)
+    except (LookupError, RuntimeError, TypeError, ValueError, AttributeError) as error:
+        if state is None:
+            raise
         raise UserError(f"the checkpoint of {parts.folder.path} does not fit its config.yaml: {error}") from error
+    if state is not None:
+        state.clear()  # the replay buffer would be held twice to the end
+    return training
+
+
+def _check_not_begun(folder: RunFolder, config: TrainConfig) -> None:
+    """Without a checkpoint a run begins anew, but only where there never was one: what it holds would be lost."""
+    rows = rows_of(folder.metrics)
+    step = int(rows[-1]["step"]) if rows else 0
+    if folder.resources.exists() or 0 < config.checkpoint_every <= step:
+        raise UserError(
+            f"the run {folder.path} has come to step {step}, and there is no checkpoint in {folder.training_states} "
+            "to go on from; nothing has been changed"
+        )
 
 
 def _finish(made: _Made, folder: RunFolder, made_with: dict[str, str], seconds: float) -> None:

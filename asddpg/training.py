@@ -3,12 +3,10 @@
 from collections.abc import Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any, SupportsFloat
 
 import gymnasium
 import numpy as np
-import torch
 from dm_control.rl.control import PhysicsError
 
 from asddpg import breakdown, checkpoint, growing_files
@@ -103,8 +101,9 @@ class Training:
                 raise Breakdown(breakdown.sentence(dump, self._episodes.step, str(error))) from error
             if signals.number:
                 raise Stopped(signals.number)
-        if not self._folder.checkpoint("best").exists():
-            checkpoint.save(self._folder.checkpoint("best"), self._parts.agent, self._episodes.step)
+        # Again: the process that wrote the last checkpoint may have been killed before it came to the weights.
+        for name in ("last",) if self._best else ("last", "best"):
+            checkpoint.save(self._folder.checkpoint(name), self._parts.agent, self._episodes.step)
 
     def _train(self, observers: Sequence[Observer], signals: StopSignals) -> None:
         total = self._config.total_steps
@@ -118,10 +117,11 @@ class Training:
 
     def _observers(self, closing: ExitStack, signals: StopSignals) -> list[Observer]:
         """Open the logs, where they end; what is opened is closed by `closing`, the last first."""
-        from torch.utils.tensorboard import SummaryWriter  # slow to import: not for those who only ask for help
+        from asddpg.observers.scalar_events import ScalarEvents  # slow to import: not for those who ask for help
 
         folder, parts, done = self._folder, self._parts, self._episodes
-        self._tensorboard = closing.enter_context(SummaryWriter(str(folder.tensorboard)))
+        self._tensorboard = ScalarEvents(folder.tensorboard, self._kept)
+        closing.callback(self._tensorboard.close)
         outcomes = [row["outcome"] for row in rows_of(folder.metrics)]
         self._log = MetricsLog(folder.metrics, folder.timing, self._tensorboard, self._seconds)
         closing.callback(self._log.close)
@@ -138,7 +138,7 @@ class Training:
 
     def _recorder(self) -> Recorder:
         wanted, parts = self._config.record, self._parts
-        return Recorder(
+        recorder = Recorder(
             self._folder.episodes,
             watched(parts.environment),
             parts.provenance,
@@ -148,6 +148,8 @@ class Training:
             first_episode=self._episodes.episodes,
             cameras=parts.cameras,
         )
+        recorder.files = len(list(self._folder.episodes.glob("*.mcap")))  # those of before count for record.keep
+        return recorder
 
     def _say(self, text: str) -> None:
         (self._bar.say if self._bar else print)(text)
@@ -189,31 +191,26 @@ class Training:
             self._keep()
 
     def _keep(self) -> None:
-        """Write a checkpoint, unless there is one of this step."""
-        step, agent = self._episodes.step, self._parts.agent
+        """Write a checkpoint, unless there is one of this step, or of a later one to which is being driven again."""
+        step, agent, best = self._episodes.step, self._parts.agent, self._folder.checkpoint("best")
         self._parts.lock.check()
-        if step == self._kept:
+        if step <= self._kept:
             return
         self._tensorboard.flush()
-        state = self._episodes.state()
-        _check_weights(state["agent"]["weights"])
+        self._episodes.check_weights()
         self._states.write(
             step,
             {
-                "episodes": state,
+                "episodes": self._episodes.state(),
+                "best_weights": np.frombuffer(best.read_bytes(), np.uint8) if self._best else None,
                 "validations": self._validations,
                 "best": self._best,
-                "best_file": _bytes_of(self._folder.checkpoint("best")),
                 "seconds": self.seconds,
                 "files": growing_files.lengths(self._folder.path),
             },
         )
         self._kept = step
         checkpoint.save(self._folder.checkpoint("last"), agent, step)
-
-
-def _bytes_of(path: Path) -> np.ndarray[Any, np.dtype[np.uint8]] | None:
-    return np.frombuffer(path.read_bytes(), np.uint8) if path.is_file() else None
 
 
 class _Checkpoints:
@@ -231,9 +228,3 @@ class _Checkpoints:
 
     def end_episode(self, episode: Episode) -> None:
         """Nothing to do."""
-
-
-def _check_weights(weights: Mapping[str, torch.Tensor]) -> None:
-    for name, vector in weights.items():
-        if not bool(torch.isfinite(vector).all()):
-            raise NotFiniteError(f"a weight of {name} is not finite")

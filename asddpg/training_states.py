@@ -28,7 +28,8 @@ class TrainingStates:
         """
         path = self._folder / f"step_{step:08d}"
         part = path.with_name(path.name + ".part")
-        shutil.rmtree(part, ignore_errors=True)
+        for left in self._folder.glob("*.part"):  # of processes that were killed
+            shutil.rmtree(left, ignore_errors=True)
         try:
             part.mkdir(parents=True)
             state_files.write(part, {"format": FORMAT, "step": step, **state})
@@ -37,8 +38,9 @@ class TrainingStates:
             part.rename(path)
             state_files.to_disk(self._folder)
         except OSError as error:
-            shutil.rmtree(part, ignore_errors=True)  # what it holds is room that others need
             raise OSError(error.errno, error.strerror or str(error), str(path)) from error
+        finally:
+            shutil.rmtree(part, ignore_errors=True)  # what is left of it holds room that others need
         for old in self.paths()[:-KEPT]:
             shutil.rmtree(old)
 
@@ -61,7 +63,7 @@ class TrainingStates:
                 state = self._read(path)
                 check(state)
                 return state, damaged
-            except (DamagedStateError, OSError) as error:
+            except (DamagedStateError, OSError, LookupError, TypeError, AttributeError) as error:
                 damaged.append(f"the checkpoint {path} is damaged: {error}")
         if damaged:
             raise UserError(f"{'; '.join(damaged)}; there is no other one to go on from")
@@ -77,6 +79,6 @@ class TrainingStates:
 
     def _read(self, path: Path) -> dict[str, Any]:
         state = state_files.read(path)
-        if state.get("format") != FORMAT or f"step_{state.get('step'):08d}" != path.name:
+        if state.get("format") != FORMAT or state.get("step") != int(path.name[5:]):
             raise DamagedStateError("it is not a checkpoint of this version, or not of the step in its name")
         return state

@@ -50,6 +50,7 @@ ROOTS = (
     "resumable",
     "breakdown",
     "reproduce",
+    "whole_files",
 )
 
 # Files of a part → what none of them may import.

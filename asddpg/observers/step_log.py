@@ -74,9 +74,13 @@ class StepLog:
         table = np.fromfile(self._rows, dtype=np.float32).reshape(-1, len(COLUMNS))
         columns: dict[str, Any] = dict(zip(COLUMNS, table.T, strict=True))
         part = self._columns.with_name(self._columns.name + ".part")
-        with part.open("wb") as file:
-            np.savez_compressed(file, **columns)
-        part.replace(self._columns)
+        try:
+            with part.open("wb") as file:
+                np.savez_compressed(file, **columns)
+            part.replace(self._columns)
+        except OSError:
+            part.unlink(missing_ok=True)  # it holds room that others need
+            raise
 
 
 def _where(info: Mapping[str, Any]) -> tuple[float, float, float]:
