@@ -119,7 +119,7 @@ def _open_run(config: DrivingConfig, run: str) -> Driving:
     is_other_task = config.task not in (None, trained.task.name)
     trained.task.name = config.task or trained.task.name
     environment = make_environment(trained.task, trained.reward)
-    agent = make_agent(trained, environment)
+    agent = make_agent(trained, environment, opened.weights)
     step = opened.load_into(agent)
     drivers = {
         "actor": actor_alone(agent),
