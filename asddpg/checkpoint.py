@@ -5,11 +5,13 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import torch
 
 from asddpg.agent import AsDDPG
 from asddpg.errors import UserError
+from asddpg.strangers import check_packed
 
 FORMAT = "asddpg-checkpoint-1"
 SNAPSHOT_FORMAT = "asddpg-snapshot-1"
@@ -68,8 +70,9 @@ def _read(path: Path, form: str) -> dict[str, Any]:
     if not path.is_file():
         raise UserError(f"there is no checkpoint {path}")
     try:
+        check_packed(path, largest=path.stat().st_size)  # torch.save packs nothing
         content = torch.load(path, map_location="cpu", weights_only=True)
-    except (pickle.UnpicklingError, RuntimeError, EOFError, ValueError, KeyError, OSError) as error:
+    except (BadZipFile, pickle.UnpicklingError, RuntimeError, EOFError, ValueError, KeyError, OSError) as error:
         raise UserError(f"{path} is damaged or not a checkpoint written by asddpg.train") from error
     if not isinstance(content, dict) or content.get("format") != form:
         raise UserError(f"{path} is not a checkpoint written by asddpg.train")

@@ -310,6 +310,8 @@ def _picture_size(size: list[int]) -> bool:
     return len(size) == 2 and all(16 <= side <= 1080 and side % 2 == 0 for side in size)
 
 
+TOO_LARGE = 2**63  # no option needs such a whole number, and not everything that counts can hold it
+
 OUTCOMES = frozenset({"reached", "crashed", "timeout"})
 
 Rule = tuple[Callable[[Any], bool], str]
@@ -396,6 +398,8 @@ def check(config: TrainConfig | EvaluateConfig | PlayConfig) -> None:
         value = _lookup(config, name)
         if isinstance(value, float) and not math.isfinite(value):
             raise UserError(f"{name} must be a finite number, not {value}")
+        if isinstance(value, int) and abs(value) >= TOO_LARGE:
+            raise UserError(f"{name} must be within ±2^63, not {shown(value)}")
         if value is not None and not _holds(is_right, value):
             raise UserError(f"{name} must be {wanted}, not {shown(value)}")
     _check_cameras(config.record)

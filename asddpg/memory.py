@@ -11,6 +11,7 @@ from asddpg.replay import Layout
 _BYTES = 4  # of a float32
 # Networks and targets, each flat and once more while it is made so; their gradients and Adam's two moments.
 _COPIES = 8
+_HARMLESS = 2**26  # bytes; of a smaller network loading itself tells what is wrong
 
 
 def check_memory(shape: NetworkShape, learning: LearningConfig) -> None:
@@ -28,6 +29,7 @@ def _check(numbers: int, what: str, cure: str) -> None:
 
 
 def check_file(path: Path, shape: NetworkShape) -> None:
-    """UserError where a file of weights is too short for a network, as one that a stranger describes may be."""
-    if path.is_file() and path.stat().st_size < _BYTES * branch_size(shape):
+    """UserError where a file of weights is too short for a large network, which a stranger may have described."""
+    needed = _BYTES * branch_size(shape)
+    if needed > _HARMLESS and path.is_file() and path.stat().st_size < needed:
         raise UserError(f"the weights in {path} are fewer than the network has that its run's config.yaml names")

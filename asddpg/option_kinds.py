@@ -12,9 +12,8 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import Override, OverrideType
 from hydra.errors import HydraException
 
+from asddpg.config import TOO_LARGE
 from asddpg.errors import UserError, shown
-
-TOO_LARGE = 2**63  # no option needs such a whole number, and not everything that counts can hold it
 
 Kinds = Mapping[str, Any]  # option → its type
 

@@ -43,6 +43,7 @@ ROOTS = (
     "policy_file",
     "pretrained",
     "trained",
+    "strangers",
 )
 
 # Files of a part → what none of them may import.
