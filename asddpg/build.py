@@ -1,6 +1,8 @@
 """Puts environment and agent together from a configuration: where tasks and agent meet."""
 
 import dataclasses
+import re
+from pathlib import Path
 
 import gymnasium
 import numpy as np
@@ -18,8 +20,9 @@ from asddpg.config import (
     WithdrawalConfig,
 )
 from asddpg.controllers import Controller, make_controller
-from asddpg.errors import UserError
+from asddpg.errors import UserError, shown
 from asddpg.exploration import OrnsteinUhlenbeckNoise
+from asddpg.memory import check_file, check_memory
 from asddpg.networks import Networks, NetworkShape
 from asddpg.recording.cameras import Cameras, HasPhysics
 from asddpg.replay import BalancedReplay, ReplayBuffer
@@ -104,11 +107,23 @@ def _network_shape(config: TrainConfig, environment: gymnasium.Env) -> NetworkSh
     )
 
 
-def make_agent(config: TrainConfig, environment: gymnasium.Env) -> AsDDPG:
-    """The agent of a run, untrained, its random streams from the run's seed."""
+def make_agent(config: TrainConfig, environment: gymnasium.Env, weights: Path | None = None) -> AsDDPG:
+    """The agent of a run, untrained, its random streams from the run's seed.
+
+    Args:
+        config: of the training.
+        environment: where it drives.
+        weights: the file whose weights it is to be given, if any.
+
+    Raises:
+        UserError: there is no such controller, the file is too short, or the memory is.
+    """
     low, high = action_bounds(environment)
     shape = _network_shape(config, environment)
     learning, exploration = config.agent, config.exploration
+    if weights is not None:
+        check_file(weights, shape)
+    check_memory(shape, learning)
     kind_of_replay = BalancedReplay if learning.balanced_batches else ReplayBuffer
     controller = controller_for(environment, config.controller)
     return AsDDPG(
@@ -150,9 +165,9 @@ def _initial_networks(shape: NetworkShape, with_switch: bool, rng: np.random.Gen
 
 def check_device(device: str) -> None:
     """UserError where torch has no such device."""
-    kind, colon, index = device.partition(":")
-    if kind not in ("cpu", "cuda") or (colon and not index.isdigit()):
-        raise UserError(f"there is no device {device!r}; there are cpu, cuda and cuda:<n>")
+    if not re.fullmatch(r"(cpu|cuda)(:[0-9]{1,4})?", device):
+        raise UserError(f"there is no device {shown(device)}; there are cpu, cuda and cuda:<n>")
+    kind, _, index = device.partition(":")
     if kind == "cuda" and not torch.cuda.is_available():
         raise UserError(f"device {device} needs a CUDA build of torch and a GPU, and there is none; cpu always works")
     if kind == "cuda" and index and int(index) >= torch.cuda.device_count():

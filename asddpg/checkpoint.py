@@ -7,11 +7,13 @@ import io
 import pickle
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import torch
 
 from asddpg.agent import AsDDPG
 from asddpg.errors import UserError
+from asddpg.strangers import check_packed
 from asddpg.whole_files import write_whole
 
 FORMAT = "asddpg-snapshot-1"
@@ -49,8 +51,9 @@ def _read(path: Path) -> dict[str, Any]:
     if not path.is_file():
         raise UserError(f"there is no checkpoint {path}")
     try:
+        check_packed(path, largest=path.stat().st_size)  # torch.save packs nothing
         content = torch.load(path, map_location="cpu", weights_only=True)
-    except (pickle.UnpicklingError, RuntimeError, EOFError, ValueError, KeyError, OSError) as error:
+    except (BadZipFile, pickle.UnpicklingError, RuntimeError, EOFError, ValueError, KeyError, OSError) as error:
         raise UserError(f"{path} is damaged or not a checkpoint written by asddpg.train") from error
     if not isinstance(content, dict) or content.get("format") not in (FORMAT, _WITH_OPTIMIZERS):
         raise UserError(f"{path} is not a checkpoint written by asddpg.train")

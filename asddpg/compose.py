@@ -7,14 +7,14 @@ from typing import TypeVar
 
 from hydra import compose, initialize_config_module
 from hydra.core.config_store import ConfigStore
-from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.core.override_parser.types import Override
 from hydra.errors import HydraException
 from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from asddpg.config import EvaluateConfig, PlayConfig, TrainConfig, check
-from asddpg.errors import UserError
+from asddpg.errors import UserError, shown
+from asddpg.option_kinds import check_value, kinds_of, parse
 from tasks import ALL_TASKS
 from tasks.rewards import REWARDS
 
@@ -33,12 +33,12 @@ BASELINES = ("controller", "random")
 
 def train_config(words: Sequence[str]) -> TrainConfig:
     """The configuration of a training run; UserError where a word is wrong."""
-    _checked_overrides(words, TrainConfig, GROUPS)
+    overrides = _checked_overrides(words, TrainConfig, GROUPS)
     _store_schemas()
 
     def by_groups() -> DictConfig:
         with initialize_config_module("asddpg.conf", version_base="1.3"):
-            return compose("train", overrides=list(words))
+            return compose("train", overrides=[str(override.input_line) for override in overrides])
 
     return _finished(by_groups, TrainConfig)
 
@@ -98,10 +98,12 @@ def _checked_overrides(
     words: Sequence[str], kind: type[Config], groups: dict[str, tuple[str, ...]]
 ) -> Sequence[Override]:
     # A name says which choice of a group the values are: it is no option of its own.
-    options = [name for name in option_names(OmegaConf.structured(kind)) if not name.endswith(".name")]
-    overrides = _parse(words)
+    kinds = {name: option for name, option in kinds_of(kind).items() if not name.endswith(".name")}
+    overrides = [parse(word, kinds) for word in words]
     for override in overrides:
-        _check_name(override, options, groups)
+        _check_name(override, list(kinds), groups)
+        if override.key_or_group not in groups:
+            check_value(override.key_or_group, kinds[override.key_or_group], override)
     return overrides
 
 
@@ -112,28 +114,16 @@ def _store_schemas() -> None:
         store.store(name, dataclasses.asdict(reward), group="reward")
 
 
-def _parse(words: Sequence[str]) -> list[Override]:
-    parsed = []
-    for word in words:
-        try:
-            parsed += OverridesParser.create().parse_overrides([word])
-        except HydraException as error:
-            raise UserError(f"{word!r} is not an option of the form name=value, such as seed=1") from error
-    return parsed
-
-
 def _check_name(override: Override, options: Sequence[str], groups: dict[str, tuple[str, ...]]) -> None:
     name = override.key_or_group
-    if override.is_delete() or override.is_add() or override.is_sweep_override() or override.package:
-        raise UserError(f"{override.input_line!r} is not an option of the form name=value, such as seed=1")
     if name in groups:
         if name == "agent" and override.value() in BASELINES:
             word = f"python -m asddpg.evaluate agent={override.value()} task="
             raise UserError(f"agent={override.value()} learns nothing, so there is nothing to train; drive it: {word}")
         if override.value() not in groups[name]:
-            raise UserError(f"there is no {name} {override.value()!r}; there are {', '.join(groups[name])}")
+            raise UserError(f"there is no {name} {shown(override.value())}; there are {', '.join(groups[name])}")
     elif name not in options:
-        raise UserError(f"there is no option {name!r}; {_suggestion(name, [*groups, *options])}")
+        raise UserError(f"there is no option {shown(name)}; {_suggestion(name, [*groups, *options])}")
 
 
 def _suggestion(name: str, known: Sequence[str]) -> str:

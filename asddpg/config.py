@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from asddpg.errors import UserError
+from asddpg.errors import UserError, shown
 
 
 @dataclass
@@ -305,12 +305,14 @@ def _multiple_of_physics_step(seconds: float) -> bool:
 
 
 def _layers(widths: list[int]) -> bool:
-    return len(widths) >= 2 and all(1 <= width <= 65_536 for width in widths)
+    return 2 <= len(widths) <= 100 and all(1 <= width <= 65_536 for width in widths)
 
 
 def _picture_size(size: list[int]) -> bool:
     return len(size) == 2 and all(16 <= side <= 1080 and side % 2 == 0 for side in size)
 
+
+TOO_LARGE = 2**63  # no option needs such a whole number, and not everything that counts can hold it
 
 OUTCOMES = frozenset({"reached", "crashed", "timeout"})
 
@@ -325,8 +327,8 @@ RULES: dict[str, Rule] = {
     "seed": _SEED,
     "total_steps": _POSITIVE,
     "test_episodes": (lambda value: 0 <= value <= 200, "from 0 to 200, the size of the stored test set"),
-    "episodes": _POSITIVE,
     "checkpoint_every": _NOT_NEGATIVE,
+    "episodes": (lambda value: 1 <= value <= 10**6, "from 1 to a million"),
     "validation.every": _NOT_NEGATIVE,
     "record.every": _NOT_NEGATIVE,
     "record.keep": _POSITIVE,
@@ -351,7 +353,7 @@ RULES: dict[str, Rule] = {
     "reward.time_penalty": _NOT_NEGATIVE,
     "reward.reach": _NOT_NEGATIVE,
     "reward.crash": (lambda value: value <= 0, "0 or less"),
-    "network.widths": (_layers, "two or more layers of 1 to 65536 neurons"),
+    "network.widths": (_layers, "two or more layers, up to 100, of 1 to 65536 neurons"),
     "network.convolutions": (lambda value: value in ("separate", "shared", "none"), "separate, shared or none"),
     "agent.gamma": (lambda value: 0 <= value < 1, "from 0 to below 1"),
     "agent.tau": (lambda value: 0 < value <= 1, "above 0 and up to 1"),
@@ -399,12 +401,23 @@ def check(config: TrainConfig | EvaluateConfig | PlayConfig) -> None:
         value = _lookup(config, name)
         if isinstance(value, float) and not math.isfinite(value):
             raise UserError(f"{name} must be a finite number, not {value}")
-        if value is not None and not is_right(value):
-            raise UserError(f"{name} must be {wanted}, not {value}")
+        if isinstance(value, int) and abs(value) >= TOO_LARGE:
+            raise UserError(f"{name} must be within ±2^63, not {shown(value)}")
+        if value is not None and not _holds(is_right, value):
+            raise UserError(f"{name} must be {wanted}, not {shown(value)}")
     _check_cameras(config.record)
+    if isinstance(config, PlayConfig) and config.video is None and config.camera != PlayConfig.camera:
+        raise UserError("camera chooses whose pictures a film shows, and none is made: video=out.mp4 makes one")
     if isinstance(config, TrainConfig):
         _check_buffer(config.agent)
         _check_assistance(config.agent)
+
+
+def _holds(is_right: Callable[[Any], bool], value: Any) -> bool:
+    try:
+        return is_right(value)
+    except TypeError:  # a list in a list, which no type of Hydra's keeps out
+        return False
 
 
 def _check_cameras(record: RecordConfig | RecordEvaluationConfig) -> None:

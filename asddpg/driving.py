@@ -112,15 +112,18 @@ def open_driving(config: DrivingConfig, verb: str, seed: int) -> Driving:
 
 
 def _open_run(config: DrivingConfig, run: str) -> Driving:
-    if config.controller != ControllerConfig():
-        raise UserError("a run brings its own controller; controller.* is for agent=controller")
-    opened = open_trained(run, config.checkpoint)
+    own = "a run brings its own controller; controller.* is for agent=controller"
+    if config.controller.gains != ControllerConfig().gains:
+        raise UserError(own)
+    opened = open_trained(run, config.checkpoint, config.controller.type)
     trained = opened.config
+    if config.controller.type not in (ControllerConfig.type, trained.controller.type):
+        raise UserError(own)
     trained.device = config.device
     is_other_task = config.task not in (None, trained.task.name)
     trained.task.name = config.task or trained.task.name
     environment = make_environment(trained.task, trained.reward)
-    agent = make_agent(trained, environment)
+    agent = make_agent(trained, environment, opened.weights)
     step = opened.load_into(agent)
     drivers = {
         "actor": actor_alone(agent),

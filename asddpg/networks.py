@@ -176,6 +176,13 @@ class Networks(nn.Module):
         return [parameter for name, parameter in self.named_parameters() if not name.startswith("policy")]
 
 
+def branch_size(shape: NetworkShape) -> int:
+    """How many weights the hidden layers of one branch have, told without taking memory for them."""
+    with torch.random.fork_rng(devices=[]):
+        features = Features(shape.observation_size, shape.scan_shape).size
+    return sum(fan_in * fan_out for fan_in, fan_out in pairwise([features, *shape.widths]))
+
+
 def mlp(sizes: Sequence[int], layer_norm: bool = False) -> nn.Sequential:
     """Fully connected layers, each followed by ReLU, with a normalisation between if asked for."""
     layers: list[nn.Module] = []

@@ -14,11 +14,12 @@ from safetensors.torch import save as serialised
 from torch import Tensor
 
 from asddpg.errors import UserError
-from asddpg.networks import Networks, NetworkShape
+from asddpg.networks import Networks, NetworkShape, branch_size
 
 KEY, FORMAT = "asddpg_policy", 1
 _LEARNING = "critic"  # first part of the names of Q^A's weights: neither the policy nor the switch asks it
 _LEARNING_SHAPE = ("layer_norm", "twin_critics")  # what of a shape is Q^A's alone
+_LONGEST = 10**6  # numbers in an observation; a hundred scans of 2000 beams are a fifth of it
 # What values of the wrong kind or size in a header lead to.
 _NONSENSE = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RuntimeError, MemoryError)
 
@@ -103,14 +104,21 @@ def _read(path: Path) -> _Content:
     try:
         with safe_open(path, framework="pt") as file:
             header = json.loads((file.metadata() or {})[KEY])
+            shape = _shape(header["shape"])
+            if branch_size(shape) > path.stat().st_size:
+                raise ValueError("its header describes a larger network than the file has weights for")
             weights = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118  # not a mapping
         if header["format"] != FORMAT:
             raise UserError(f"{path} is a policy of format {header['format']}, and this version reads {FORMAT}")
-        return _Content(weights, _shape(header["shape"]), int(header["step"]))
+        return _Content(weights, shape, int(header["step"]))
     except (SafetensorError, OSError, *_NONSENSE) as error:
         raise UserError(f"{path} is damaged or not a policy written by tools.publish") from error
 
 
 def _shape(values: dict[str, Any]) -> NetworkShape:
     scan_shape = values.pop("scan_shape")  # JSON knows no tuples
-    return NetworkShape(**values, scan_shape=None if scan_shape is None else tuple(scan_shape))
+    shape = NetworkShape(**values, scan_shape=None if scan_shape is None else tuple(scan_shape))
+    scans, beams = shape.scan_shape or (1, 1)
+    if not (scans > 0 < beams and scans * beams <= shape.observation_size <= _LONGEST):
+        raise ValueError("no task has such observations")
+    return shape

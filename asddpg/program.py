@@ -31,20 +31,29 @@ def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(1)
     except (UserError, TaskError) as error:
-        print(f"error: {error}", file=sys.stderr)
+        _say(str(error))
         sys.exit(2)
     except Breakdown as error:
         print(f"error: {error}", file=sys.stderr)
         sys.exit(1)
     except PhysicsError as error:
-        print(f"error: the simulation broke down, most likely by an action that is no number: {error}", file=sys.stderr)
+        _say(f"the simulation broke down, most likely by an action that is no number: {error}")
         sys.exit(1)
     except OSError as error:  # a full disk, a folder that is not writable
-        print(f"error: {error.filename or 'a file'} cannot be read or written: {error.strerror}", file=sys.stderr)
+        _say(f"{error.filename or 'a file'} cannot be read or written: {error.strerror or error}")
+        sys.exit(2)
+    except MemoryError as error:
+        _say(f"the memory of this machine is not enough: {error}")
         sys.exit(2)
     except KeyboardInterrupt:
         print("stopped", file=sys.stderr)
         sys.exit(130)
+
+
+def _say(sentence: str) -> None:
+    """An error in one line: what a user or a file put into it may break none and steer no terminal."""
+    line = "".join(each if each.isprintable() else each.encode("unicode_escape").decode() for each in sentence)
+    print(f"error: {line}", file=sys.stderr)
 
 
 def _end_on_sigterm() -> None:

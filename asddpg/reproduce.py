@@ -1,6 +1,7 @@
 """See again what broke a training: `python -m asddpg.reproduce runs/<run>/breakdown_<step>`.
 
-From the checkpoint in the folder the same steps are made again, to the one that broke. Nothing is written.
+From the checkpoint in the folder the same steps are made again, to the one that broke. Nothing is written. A run whose
+controller is code of its own wants it named: controller.type=package.module:Factory.
 """
 
 from collections.abc import Mapping, Sequence
@@ -16,17 +17,20 @@ from asddpg.observers.finite_check import FiniteCheck, NotFiniteError
 from asddpg.program import run
 from asddpg.resumable import ResumableEpisodes
 from asddpg.run_folder import RunFolder, read_training
+from asddpg.strangers import CONTROLLER, check_links, controller_named_in
 from asddpg.training_states import TrainingStates
 from asddpg.types import Episode, Observation, Step
 
 
 def main(words: Sequence[str]) -> None:
     """Drive to the step that broke, and tell of it."""
-    if len(words) != 1:
+    folders = [word for word in words if not word.startswith(CONTROLLER)]
+    if len(folders) != 1:
         raise UserError("one folder is wanted, that of a breakdown: runs/<run>/breakdown_<step>")
-    dump = Path(words[0])
+    dump = Path(folders[0])
+    check_links(dump)
     step, what = _read(dump)
-    config, _ = read_training(RunFolder(dump).config)
+    config, _ = read_training(RunFolder(dump).config, controller_named_in(words))
     prepare_torch()
     environment = make_environment(config.task, config.reward)
     episodes = ResumableEpisodes(environment, make_agent(config, environment), config.seed, print)

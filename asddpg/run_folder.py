@@ -14,6 +14,7 @@ from omegaconf.errors import OmegaConfBaseException
 from asddpg.compose import first_line
 from asddpg.config import TrainConfig, check
 from asddpg.errors import UserError
+from asddpg.strangers import OURS, beginning_of, check_controller, check_links, plain_values
 from asddpg.whole_files import write_whole
 from tasks import ALL_TASKS
 
@@ -148,11 +149,12 @@ def open_run_folder(path: str) -> RunFolder:
     """The folder of a run that was made before.
 
     Raises:
-        UserError: it is not one.
+        UserError: it is not one, or leads out of itself.
     """
     folder = RunFolder(Path(path))
     if not folder.config.is_file():
         raise UserError(f"{path or 'nothing'} is not the folder of a run: it has no config.yaml")
+    check_links(folder.path)
     return folder
 
 
@@ -162,16 +164,21 @@ def config_text(config: dict[str, Any], made_with: dict[str, str]) -> str:
     return text
 
 
-def read_training(path: Path) -> tuple[TrainConfig, dict[str, str]]:
+def read_training(path: Path, controller: str | None = OURS) -> tuple[TrainConfig, dict[str, str]]:
     """The configuration of a training, checked, and what it was made with.
 
+    Args:
+        path: of the file.
+        controller: the type of controller that the user has named: a file makes no other than this project's run.
+            None where none is going to be made.
+
     Raises:
-        UserError: the file is damaged, or of a version with other options or tasks.
+        UserError: the file is damaged, or of a version with other options or tasks, or names another controller.
     """
-    return training_in(path.read_bytes(), str(path))
+    return training_in(beginning_of(path), str(path), controller)
 
 
-def training_in(text: str | bytes, title: str) -> tuple[TrainConfig, dict[str, str]]:
+def training_in(text: str | bytes, title: str, controller: str | None = OURS) -> tuple[TrainConfig, dict[str, str]]:
     """The same of the text of a config.yaml, which errors call by a title.
 
     Raises:
@@ -183,10 +190,11 @@ def training_in(text: str | bytes, title: str) -> tuple[TrainConfig, dict[str, s
         config = OmegaConf.to_object(merged)
         assert isinstance(config, TrainConfig)
         check(config)
-    except (OmegaConfBaseException, UserError) as error:
+    except (OmegaConfBaseException, OverflowError, UserError) as error:
         raise UserError(f"{title} is not a configuration of this version: {first_line(error)}") from error
     if config.task.name not in ALL_TASKS:
         raise UserError(f"{title} names no task of this version: {config.task.name!r}")
+    check_controller(config, controller, title)
     return config, made_with
 
 
@@ -196,22 +204,14 @@ def read_config(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
     Raises:
         UserError: the file is damaged.
     """
-    return _values_in(path.read_bytes(), str(path))
+    return _values_in(beginning_of(path), str(path))
 
 
 def _values_in(text: str | bytes, title: str) -> tuple[dict[str, Any], dict[str, str]]:
     try:
-        values = yaml.safe_load(text)
-        made_with = dict(values.pop("made_with"))
-    except (
-        yaml.YAMLError,
-        UnicodeDecodeError,
-        AttributeError,
-        KeyError,
-        TypeError,
-        ValueError,
-        RecursionError,
-    ) as error:
+        values = plain_values(text)
+        made_with = {str(name): str(version) for name, version in values.pop("made_with").items()}
+    except (ValueError, AttributeError, LookupError, TypeError) as error:
         raise UserError(f"{title} is damaged or not written by asddpg.train") from error
     return values, made_with
 

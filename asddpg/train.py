@@ -19,6 +19,7 @@ from asddpg.agent import AsDDPG
 from asddpg.build import check_device, make_agent, make_cameras, make_environment, prepare_torch, watched
 from asddpg.compose import GROUPS, option_names, resumed_config, train_config
 from asddpg.config import TrainConfig
+from asddpg.controllers import CONTROLLERS
 from asddpg.drivers import actor_alone
 from asddpg.errors import UserError
 from asddpg.evaluation import Figures, evaluate, table
@@ -41,6 +42,7 @@ from asddpg.run_folder import (
 )
 from asddpg.run_lock import RunLock
 from asddpg.stopping import Stopped
+from asddpg.strangers import CONTROLLER, controller_named_in
 from asddpg.taking_back import take_back
 from asddpg.training import Parts, Training
 from asddpg.training_states import TrainingStates
@@ -80,7 +82,7 @@ def begin(words: Sequence[str]) -> None:
 def resume(path: str, words: Sequence[str]) -> None:
     """A training from its last checkpoint; from its beginning, if it was stopped before the first."""
     folder = open_run_folder(path)
-    stored, made_with = read_training(folder.config)
+    stored, made_with = read_training(folder.config, controller_named_in(words))
     config = resumed_config(words, stored)
     check_device(config.device)
     if folder.resources.exists() and config.total_steps == stored.total_steps:
@@ -138,7 +140,8 @@ def _train(
     config = made.config
     provenance = provenance_of(config, settings, made_with)
     parts = Parts(config, folder, lock, made.environment, made.agent, provenance, made.cameras, made.live)
-    again = f"{python()} -m asddpg.train resume={folder.path}"
+    own = "" if config.controller.type in CONTROLLERS else f" {CONTROLLER}{config.controller.type}"
+    again = f"{python()} -m asddpg.train resume={folder.path}{own}"
     if made.live is not None:
         print(how_to_watch(made.live.port))
     try:

@@ -12,6 +12,7 @@ from asddpg.config import TrainConfig
 from asddpg.errors import UserError
 from asddpg.pretrained import open_pretrained
 from asddpg.run_folder import open_run_folder, read_training
+from asddpg.strangers import OURS
 
 PREFIX = "pretrained:"
 
@@ -37,12 +38,13 @@ class Trained:
     load_into: Callable[[AsDDPG], int]
 
 
-def open_trained(run: str, checkpoint: str = "last") -> Trained:
+def open_trained(run: str, checkpoint: str = "last", controller: str | None = OURS) -> Trained:
     """Open what `run=` names.
 
     Args:
         run: the folder of a run, or pretrained:<name>.
         checkpoint: of a run, last or best; a pretrained policy has but one.
+        controller: of a run, the type that the user has named, as in read_training.
 
     Raises:
         UserError: there is no such thing, or it is damaged.
@@ -50,7 +52,7 @@ def open_trained(run: str, checkpoint: str = "last") -> Trained:
     if run.startswith(PREFIX):
         return _open_pretrained(run, checkpoint)
     folder = open_run_folder(run)
-    config, made_with = read_training(folder.config)
+    config, made_with = read_training(folder.config, controller)
     weights = folder.checkpoint(checkpoint)
 
     def load_into(agent: AsDDPG) -> int:

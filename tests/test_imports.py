@@ -34,7 +34,9 @@ ROOTS = (
     "play",
     "driving",
     "compose",
+    "option_kinds",
     "build",
+    "memory",
     "program",
     "checkpoint",
     "run_folder",
@@ -51,6 +53,7 @@ ROOTS = (
     "breakdown",
     "reproduce",
     "whole_files",
+    "strangers",
 )
 
 # Files of a part → what none of them may import.

@@ -7,6 +7,7 @@ says how to read them. Options:
   run=runs/mine      folder of a training run, finished or in progress
   every=1            1 takes every snapshot, 2 every second one, counted from the last
   episodes=50        pairs driven, of the 50 stored
+  controller.type=   of a run with a controller of its own, package.module:Factory: that you trust that code
 """
 
 from collections.abc import Sequence
@@ -19,6 +20,7 @@ from asddpg.build import make_agent, make_environment, prepare_torch
 from asddpg.errors import UserError
 from asddpg.program import run
 from asddpg.run_folder import RunFolder, open_run_folder, read_training, write_json
+from asddpg.strangers import OURS
 from asddpg.train import hash_of
 from asddpg.trained import PREFIX
 from tasks.fresh_pairs import stored_pairs
@@ -28,6 +30,7 @@ from tools.option_words import options_in
 from tools.plots_extra import check_matplotlib
 from tools.training_figures import training_of
 
+CONTROLLER = "controller.type"
 LARGEST = {"every": 10_000, "episodes": 50}
 
 
@@ -38,17 +41,18 @@ class Wish:
     run: str
     every: int = 1
     episodes: int = 50
+    controller: str = OURS
 
 
 def wish(words: Sequence[str]) -> Wish:
     """Read the command line's words; UserError where one is wrong."""
-    options = options_in(words, ("run", *LARGEST))
+    options = options_in(words, ("run", *LARGEST, CONTROLLER))
     if not options.get("run"):
         raise UserError("diagnose what? run=<run_dir>, the folder of a training run")
     if options["run"].startswith(PREFIX):
         raise UserError(f"diagnose needs the folder of a training run, with its logs; {options['run']} has none")
     numbers = {name: _number(name, options[name]) for name in LARGEST if name in options}
-    return Wish(options["run"], **numbers)
+    return Wish(options["run"], **numbers, controller=options.get(CONTROLLER, OURS))
 
 
 def _number(name: str, value: str) -> int:
@@ -61,12 +65,12 @@ def main(words: Sequence[str]) -> None:
     """Drive, reckon, write, draw."""
     asked = wish(words)
     folder = open_run_folder(asked.run)
-    config, made_with = read_training(folder.config)
+    config, made_with = read_training(folder.config, asked.controller)
     config.device = "cpu"
     check_matplotlib()  # before the driving, which takes minutes
     prepare_torch()
     environment = make_environment(config.task, config.reward)
-    agent = make_agent(config, environment)
+    agent = make_agent(config, environment, next(iter(folder.snapshots()), None))
     weights = weights_of(folder, agent, asked.every)
     if hash_of(environment) != made_with.get("model_hash"):
         print("note: the scene's model is not the one this run was trained on")

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-import yaml
 
 from asddpg.errors import UserError
 from asddpg.program import run
 from asddpg.recording.reading import Recording
 from asddpg.recording.topics import ODOM
+from asddpg.strangers import plain_values
 from tasks.physics import FloatArray
 from tools.pictures import picture_file
 from tools.plots_extra import check_matplotlib
@@ -65,12 +65,20 @@ def signals_of(recording: Recording) -> Signals:
     facts = recording.facts
     return Signals(
         title=f"{facts['task']}, episode {facts['episode']}: {outcome} after {steps[-1]['time']:.1f} s",
-        control_timestep=float(yaml.safe_load(recording.config)["task"]["control_timestep"]),
+        control_timestep=_control_timestep(recording),
         drivers=[step["driver"] for step in steps],
         driven=np.array([_velocity(message.content) for message in recording.messages(ODOM)][: len(steps) + 1]),
         by_name={name: values for name, values in by_name.items() if not np.isnan(values).all()},
         terms={name: np.array([step["terms"].get(name, 0.0) for step in steps]) for name in _term_names(steps)},
     )
+
+
+def _control_timestep(recording: Recording) -> float:
+    """Of a version with other options too."""
+    try:
+        return float(plain_values(recording.config)["task"]["control_timestep"])
+    except (ValueError, TypeError, LookupError) as error:
+        raise UserError(f"the configuration in {recording.path} is damaged or not written by asddpg.train") from error
 
 
 def _term_names(steps: Sequence[dict[str, Any]]) -> list[str]:

@@ -106,5 +106,5 @@ class EpisodeStates:
 @functools.lru_cache(maxsize=1)  # the episodes of a folder are of one room, and opening the office takes a second
 def _opened(settings: str) -> tuple[TrainConfig, gymnasium.Env]:
     """A recording's configuration, and the environment of it."""
-    config, _ = training_in(settings, "its configuration")
+    config, _ = training_in(settings, "its configuration", controller=None)
     return config, make_environment(config.task, config.reward)

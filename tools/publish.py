@@ -97,7 +97,7 @@ def main(words: Sequence[str]) -> None:
     if folder.path.exists() and not asked.overwrite:
         raise UserError(f"there is a pretrained policy {asked.name!r} already; overwrite=true replaces it")
     seconds = _training_seconds(asked)
-    trained = open_trained(asked.run, asked.checkpoint)
+    trained = open_trained(asked.run, asked.checkpoint, None)
     if trained.config.controller.type != ControllerConfig().type:
         raise UserError(
             f"the controller {trained.config.controller.type} is not shipped, so neither is what it trained"

@@ -7,7 +7,7 @@ complete file beside it, <name>_cut.mcap by itself; FILE stays, and nothing is o
 from collections.abc import Sequence
 from pathlib import Path
 
-from asddpg.errors import UserError
+from asddpg.errors import UserError, shown
 from asddpg.program import run
 from asddpg.recording.mcap_file import CONFIG, METADATA
 from asddpg.recording.reading import PART
@@ -33,6 +33,8 @@ def recover(source: Path, target: Path | None = None) -> tuple[CutEpisode, Path]
     episode = episode_in(_left_of(source), source.name)
     if episode is None:
         raise UserError(f"{source} holds no whole step, so there is nothing to recover")
+    if target is None and episode.outcome not in OUTCOMES:
+        raise UserError(f"{source} ended in {shown(episode.outcome)}, which is no outcome: name the new file besides")
     target = target or _target(source, episode.outcome)
     if target.exists():
         raise UserError(f"{target} exists already; name another file: python -m tools.recover {source} <file.mcap>")

@@ -85,7 +85,7 @@ def _environment_of(recording: Recording) -> gymnasium.Env:
 @lru_cache(maxsize=8)
 def _environment(config: str) -> tuple[gymnasium.Env, str]:
     """The environment of a configuration, and its scene's hash; the recordings of one run share it."""
-    training, _ = training_in(config, "its configuration")
+    training, _ = training_in(config, "its configuration", controller=None)
     environment = make_environment(training.task, training.reward)
     return environment, hash_of(environment)
 

@@ -11,7 +11,9 @@ from zipfile import BadZipFile
 import numpy as np
 
 from asddpg.errors import UserError
+from asddpg.strangers import check_packed
 from tools.run_store import StoredRun
+from tools.step_figures import LARGEST
 
 LAST_EPISODES = 200
 VALIDATIONS_COUNTED = 5
@@ -110,7 +112,9 @@ def _switch_prefers(path: Path, total: int) -> float | None:
     """Unlike its share, the schedule that takes the controller away does not touch it."""
     if not path.exists():
         return None
-    with path.open("rb") as file, np.load(file) as steps:  # opened here: of a damaged one np.load leaves its own open
+    check_packed(path, LARGEST)
+    # Opened here: of a damaged one np.load leaves its own open.
+    with path.open("rb") as file, np.load(file, allow_pickle=False) as steps:
         q_policy, q_controller = (steps[name][round(0.9 * total) :] for name in ("q_policy", "q_controller"))
     weighed = ~np.isnan(q_policy) & ~np.isnan(q_controller)
     return float(np.mean(q_controller[weighed] > q_policy[weighed])) if weighed.any() else None

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asddpg.errors import UserError
+from asddpg.strangers import CONTROLLER
 from tools.run_groups import Run
 from tools.run_store import is_begun, make_room
 
@@ -80,8 +81,10 @@ def _start(run: Run, folder: Path, lock: int) -> _Training:
 
 def command(run: Run, path: Path, goes_on: bool) -> list[str]:
     """What trains a run, from its beginning or from its last checkpoint."""
-    words = [f"resume={path}"] if goes_on else [*run.words, f"run_dir={path}"]
-    return [sys.executable, "-m", "asddpg.train", *words]
+    if not goes_on:
+        return [sys.executable, "-m", "asddpg.train", *run.words, f"run_dir={path}"]
+    own = [word for word in run.words if word.startswith(CONTROLLER)]  # code, which a resumed run wants named
+    return [sys.executable, "-m", "asddpg.train", f"resume={path}", *own]
 
 
 def how_it_ended(status: int) -> str:

@@ -10,8 +10,9 @@ from typing import IO, NamedTuple, cast
 import zstandard
 from mcap.opcode import Opcode
 from mcap.records import Chunk, McapRecord
-from mcap.stream_reader import StreamReader, breakup_chunk
+from mcap.stream_reader import StreamReader
 
+from asddpg.recording.chunks import LARGEST_CHUNK, records_in
 from asddpg.recording.reading import DAMAGE
 from asddpg.recording.whole_reads import WholeReads
 
@@ -45,8 +46,7 @@ def salvage(path: Path) -> Salvaged:
         stream = StreamReader(cast(IO[bytes], WholeReads(file)), emit_chunks=True, validate_crcs=True)
         try:
             for record in stream.records:
-                is_chunk = isinstance(record, Chunk)
-                records += breakup_chunk(cast(Chunk, record), validate_crc=True) if is_chunk else [record]
+                records += records_in(record) if isinstance(record, Chunk) else [record]
                 begin = file.tell()
         except DAMAGE as error:
             file.seek(begin)
@@ -91,6 +91,8 @@ def _decompressed(data: bytes) -> bytes:
     try:
         for begin in range(0, len(data), _PIECE):
             content += decompressor.decompress(data[begin : begin + _PIECE])
+            if len(content) > LARGEST_CHUNK:
+                return b""
     except zstandard.ZstdError:
         pass
     return bytes(content)

@@ -14,6 +14,7 @@ import numpy as np
 import numpy.typing as npt
 
 from asddpg.errors import UserError
+from asddpg.strangers import check_packed
 
 StepArrays = Mapping[str, npt.NDArray[np.float32]]
 
@@ -22,6 +23,7 @@ QUARTERS = 4
 DISTANCE_BIN = 0.5  # m
 CELL = 0.4  # m, of the map
 FEWEST = 10  # steps, below which a share is not told
+LARGEST = 4 * 10**9  # bytes that steps.npz may unpack to; ten million steps are a fourth of it
 NEEDED = ("x", "y", "distance", "by_controller", "q_policy", "q_controller")  # of steps.npz
 
 
@@ -61,6 +63,7 @@ def read_steps(path: Path) -> StepArrays:
         UserError: the file is damaged.
     """
     try:
+        check_packed(path, LARGEST)
         with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
             return _alike({name: arrays[name] for name in NEEDED})
     except (
@@ -72,6 +75,7 @@ def read_steps(path: Path) -> StepArrays:
         KeyError,
         TypeError,
         AttributeError,
+        MemoryError,
     ) as error:
         raise UserError(
             f"{path} is damaged or not written by asddpg.train; move it away and the rest is diagnosed"

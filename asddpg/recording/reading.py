@@ -1,6 +1,5 @@
 """Reads recordings, whole ones and such as were cut off."""
 
-import gzip
 import json
 import struct
 import zlib
@@ -11,13 +10,14 @@ from typing import IO, Any, NamedTuple, cast
 
 from google.protobuf.message import DecodeError
 from mcap.exceptions import McapError
-from mcap.records import Attachment, Channel, McapRecord, Metadata, Schema
+from mcap.records import Attachment, Channel, Chunk, McapRecord, Metadata, Schema
 from mcap.records import Message as McapMessage
 from mcap.stream_reader import StreamReader
 from mcap_protobuf.decoder import DecoderFactory
 from zstandard import ZstdError
 
 from asddpg.errors import UserError
+from asddpg.recording.chunks import records_in, unpacked_config
 from asddpg.recording.mcap_file import CONFIG, METADATA
 from asddpg.recording.topics import GOAL, OUTCOME, STEP
 from asddpg.recording.whole_reads import WholeReads
@@ -25,7 +25,10 @@ from asddpg.recording.whole_reads import WholeReads
 PART = ".part"  # ending of a recording that was not completed
 
 # What reading a damaged file raises.
-DAMAGE = (McapError, ZstdError, DecodeError, EOFError, struct.error, ValueError, LookupError, MemoryError)
+DAMAGE = (
+    *(McapError, ZstdError, DecodeError, EOFError, struct.error, ValueError, LookupError, MemoryError),
+    *(TypeError, RecursionError),
+)
 
 
 class Message(NamedTuple):
@@ -86,7 +89,7 @@ class Recording:
                 schemas[record.id] = record
             elif isinstance(record, Channel):
                 if not topics or record.topic in topics:
-                    channels[record.id] = record.topic, decoder_of(record, schemas.get(record.schema_id))
+                    channels[record.id] = record.topic, self._decoder(record, schemas.get(record.schema_id))
             elif isinstance(record, McapMessage) and record.channel_id in channels:
                 topic, decode = channels[record.channel_id]
                 try:
@@ -94,6 +97,12 @@ class Recording:
                 except DAMAGE as error:
                     raise _damaged(self.path, error) from error
                 yield Message(topic, record.log_time, content)
+
+    def _decoder(self, channel: Channel, schema: Schema | None) -> Callable[[bytes], Any]:
+        try:
+            return decoder_of(channel, schema)
+        except DAMAGE as error:
+            raise _damaged(self.path, error) from error
 
     def goals(self) -> dict[int, tuple[float, float]]:
         """Goals that were set in the middle of the episode: by the end of the first step towards them, simulated ns."""
@@ -132,8 +141,8 @@ def open_recording(path: str | Path) -> Recording:
 
 def _unpacked(attachment: Attachment, path: Path) -> str:
     try:
-        return gzip.decompress(attachment.data).decode()
-    except (OSError, EOFError, zlib.error, UnicodeDecodeError) as error:
+        return unpacked_config(attachment.data)
+    except (EOFError, zlib.error, ValueError) as error:
         raise _damaged(path, error) from error
 
 
@@ -156,7 +165,9 @@ def _records(path: Path) -> Iterator[McapRecord]:
     is_part = path.suffix == PART
     try:
         with path.open("rb") as file:
-            yield from StreamReader(cast(IO[bytes], WholeReads(file)), validate_crcs=True).records
+            stream = StreamReader(cast(IO[bytes], WholeReads(file)), emit_chunks=True, validate_crcs=True)
+            for record in stream.records:
+                yield from records_in(record) if isinstance(record, Chunk) else [record]
     except DAMAGE as error:
         if not is_part:
             raise _damaged(path, error) from error

@@ -254,7 +254,7 @@ def test_a_folder_that_is_not_empty_is_left_alone(tmp_path: Path) -> None:
         (["agent=controller"], "task="),
         (["agent=controller", "task=nav_foo"], "nav_empty"),
         (["agent=controller", "task=nav_empty", "episodes=201"], "200 pairs"),
-        (["agent=controller", "task=nav_empty", "episodes=0"], "greater than 0"),
+        (["agent=controller", "task=nav_empty", "episodes=0"], "from 1 to a million"),
         (["run=x", "driver=ghost"], "actor or switch"),
         (["run=x", "checkpoint=first"], "last or best"),
         (["rnu=x"], "did you mean run"),

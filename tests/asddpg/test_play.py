@@ -140,7 +140,7 @@ def test_live_and_recorded_at_once(here: Path) -> None:
         (["agent=pilot"], "controller, random"),
         (["agent=controller"], "task="),
         (["agent=controller", "task=nav_foo"], "nav_empty"),
-        ([*POLICY, "episodes=0"], "greater than 0"),
+        ([*POLICY, "episodes=0"], "from 1 to a million"),
         ([*POLICY, "driver=ghost"], "actor, switch or controller"),
         ([*POLICY, "checkpoint=first"], "last or best"),
         ([*POLICY, "seed=-1"], "from 0 to"),

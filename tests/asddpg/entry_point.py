@@ -1,0 +1,72 @@
+"""A program run in this process as from a shell: words in, status and what it said out."""
+
+import contextlib
+import io
+import os
+import signal
+import sys
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from asddpg.program import run
+
+FOUND = ("a_file", "full", "full/precious")  # what lies in the folder beforehand
+
+
+class Ended(NamedTuple):
+    """How a program ended."""
+
+    status: object
+    said: str  # on stderr
+    made: list[str]  # below the working folder
+
+
+def ended(main: Callable[[Sequence[str]], None], words: Sequence[str]) -> Ended:
+    """Run a program to its end in a folder of its own, with a file and a folder that is not empty."""
+    err = io.StringIO()
+    with _new_folder() as folder, _typed(words), contextlib.redirect_stderr(err):
+        status: object = 0
+        try:
+            run(main, "usage")
+        except SystemExit as error:
+            status = error.code
+        return Ended(status, err.getvalue(), made_in(folder))
+
+
+def arranged(folder: Path) -> None:
+    """Put in place what a program finds."""
+    (folder / "full").mkdir()
+    (folder / "a_file").touch()
+    (folder / "full/precious").touch()
+
+
+def made_in(folder: Path) -> list[str]:
+    """What a program has made."""
+    return sorted({str(path.relative_to(folder)) for path in folder.rglob("*")} - set(FOUND))
+
+
+@contextlib.contextmanager
+def _typed(words: Sequence[str]) -> Iterator[None]:
+    """The command line's words, in a shell's place; a program's handler of SIGTERM does not outlive it."""
+    argv, handler = sys.argv, signal.getsignal(signal.SIGTERM)
+    sys.argv = ["program", *words]
+    try:
+        yield
+    finally:
+        sys.argv = argv
+        signal.signal(signal.SIGTERM, handler)
+
+
+@contextlib.contextmanager
+def _new_folder() -> Iterator[Path]:
+    before = Path.cwd()
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name)
+        arranged(folder)
+        os.chdir(folder)
+        try:
+            yield folder
+        finally:
+            os.chdir(before)

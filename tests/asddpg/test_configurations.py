@@ -1,0 +1,160 @@
+"""Any wrong words give one sentence and status 2, leave nothing behind, and any right ones are taken."""
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from types import ModuleType
+
+import pytest
+from hypothesis import HealthCheck, assume, given, settings
+
+from asddpg import evaluate, play, train
+from asddpg.compose import train_config
+from asddpg.config import EvaluateConfig, PlayConfig, TrainConfig
+from asddpg.errors import UserError
+from tests.asddpg.entry_point import Ended, arranged, ended, made_in
+from tests.asddpg.right_words import right_words
+from tests.asddpg.wrong_words import wrong_words
+
+SLOW = (HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.function_scoped_fixture)
+
+
+def examples(count: int, fixed: bool = True) -> settings:
+    """So many; the same each time in everyday tests, where no test may fail by chance."""
+    return settings(max_examples=count, deadline=None, derandomize=fixed, database=None, suppress_health_check=SLOW)
+
+
+class AcceptedError(Exception):
+    """Raised where a program would begin its work."""
+
+
+def begin(*_: object, **__: object) -> None:
+    raise AcceptedError
+
+
+@pytest.fixture(autouse=True)
+def _nothing_is_driven(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(train, "Training", begin)
+    monkeypatch.setattr(evaluate, "evaluate", begin)
+    monkeypatch.setattr(play, "_play", begin)
+
+
+def check_refused(found: Ended) -> None:
+    assert found.status == 2, found
+    assert found.said.startswith("error: "), found
+    assert found.said.count("\n") == 1, found
+    assert len(found.said) < 2000, found
+    assert found.said.rstrip("\n").isprintable(), found
+    assert "Traceback" not in found.said
+    assert found.made == []
+
+
+@given(wrong_words(TrainConfig))
+@examples(150)
+def test_wrong_words_for_a_training(words: list[str]) -> None:
+    check_refused(ended(train.main, words))
+
+
+@pytest.mark.parametrize(("program", "config"), [(evaluate, EvaluateConfig), (play, PlayConfig)])
+def test_wrong_words_for_driving(program: ModuleType, config: type) -> None:
+    _refuses(program.main, config, examples(60))
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(
+    ("program", "config", "count"),
+    [(train, TrainConfig, 1000), (evaluate, EvaluateConfig, 300), (play, PlayConfig, 300)],
+)
+def test_many_wrong_words(program: ModuleType, config: type, count: int) -> None:
+    _refuses(program.main, config, examples(count, fixed=False))
+
+
+def _refuses(main: Callable[[Sequence[str]], None], config: type, many: settings) -> None:
+    @given(wrong_words(config))
+    @many
+    def refuses(words: list[str]) -> None:
+        check_refused(ended(main, words))
+
+    refuses()
+
+
+@pytest.mark.long
+def test_wrong_words_for_processes(tmp_path_factory: pytest.TempPathFactory) -> None:
+    @given(wrong_words(TrainConfig))
+    @examples(20, fixed=False)
+    def refuses(words: list[str]) -> None:
+        folder = tmp_path_factory.mktemp("process")
+        arranged(folder)
+        assume(all(_is_encodable(word) for word in words))
+        line = [sys.executable, "-m", "asddpg.train", *words]
+        done = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
+        assert done.stdout == ""
+        check_refused(Ended(done.returncode, done.stderr, made_in(folder)))
+
+    refuses()
+
+
+def _is_encodable(word: str) -> bool:
+    """What no shell can hand over is left out."""
+    try:
+        os.fsencode(word)
+    except UnicodeEncodeError:
+        return False
+    return True
+
+
+CONTRADICTIONS = (
+    "at most agent.buffer_size",
+    "needs a controller",
+    "bootstraps from itself",
+    "come after",
+    "needs an agent.batch_size",
+)
+
+
+def contradicts_itself(words: Sequence[str]) -> bool:
+    """Whether two words do not go together; each on its own must be right."""
+    try:
+        config = train_config(words)
+    except UserError as error:
+        if not any(each in str(error) for each in CONTRADICTIONS):
+            raise
+        return True
+    return config.task.min_linear_velocity >= config.task.max_linear_velocity
+
+
+def _accepts(many: settings) -> None:
+    @given(right_words(widest=300, most_beams=300))
+    @many
+    def accepts(words: list[str]) -> None:
+        assume(not contradicts_itself(words))
+        with pytest.raises(AcceptedError):
+            ended(train.main, words)
+
+    accepts()
+
+
+def test_right_words_for_a_training_begin_it() -> None:
+    _accepts(examples(15))
+
+
+@pytest.mark.long
+def test_many_right_words_for_a_training_begin_it() -> None:
+    _accepts(examples(200, fixed=False))
+
+
+@given(right_words())
+@examples(60)
+def test_right_words_compose(words: list[str]) -> None:
+    contradicts_itself(words)  # which raises where a single word is wrong
+
+
+@pytest.mark.parametrize("name", ["läufe", "my runs", "a(1)", "2026", "./a.b", "$x", "運転"])
+def test_a_folder_may_be_called_as_one_likes(name: str) -> None:
+    assert train_config([f"run_dir={name}"]).run_dir == name
+
+
+def test_a_tilde_is_the_users_home() -> None:
+    assert train_config(["run_dir=~/runs/1"]).run_dir == str(Path.home() / "runs/1")
