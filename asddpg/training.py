@@ -138,7 +138,7 @@ class Training:
 
     def _recorder(self) -> Recorder:
         wanted, parts = self._config.record, self._parts
-        recorder = Recorder(
+        return Recorder(
             self._folder.episodes,
             watched(parts.environment),
             parts.provenance,
@@ -148,8 +148,6 @@ class Training:
             first_episode=self._episodes.episodes,
             cameras=parts.cameras,
         )
-        recorder.files = len(list(self._folder.episodes.glob("*.mcap")))  # those of before count for record.keep
-        return recorder
 
     def _say(self, text: str) -> None:
         (self._bar.say if self._bar else print)(text)

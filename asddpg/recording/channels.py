@@ -1,57 +1,67 @@
 """A recording's channels: one set a process, from which files and the live view take their messages."""
 
-from collections.abc import Callable
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import foxglove
-from foxglove._foxglove_py import BaseChannel
-from foxglove.channels import (
-    CompressedImageChannel,
-    CompressedVideoChannel,
-    LogChannel,
-    PoseInFrameChannel,
-    SceneUpdateChannel,
+import orjson
+from foxglove.messages import (
+    CompressedImage,
+    CompressedVideo,
+    FrameTransforms,
+    LaserScan,
+    Log,
+    Odometry,
+    PoseInFrame,
+    SceneUpdate,
 )
-from foxglove.messages import CompressedImage, CompressedVideo, FrameTransforms, LaserScan, Odometry, Timestamp
 
 from asddpg.recording import topics
+from asddpg.recording.plain_mcap import message_encoding
+from asddpg.recording.schemas import compact
+
+_PROTOBUF: Mapping[str, Any] = {
+    topics.TF: FrameTransforms,
+    topics.SCAN: LaserScan,
+    topics.SCENE: SceneUpdate,
+    topics.PATH: SceneUpdate,
+    topics.GOAL: PoseInFrame,
+    topics.ODOM: Odometry,
+    topics.LOG: Log,
+}
+_JSON = {
+    topics.CMD_VEL: topics.CMD_VEL_SCHEMA,
+    topics.STEP: topics.STEP_SCHEMA,
+    topics.OUTCOME: topics.OUTCOME_SCHEMA,
+}
 
 
 class Channels:
     """A context with a channel for each topic; whatever is open on the context gets what is logged."""
 
-    def __init__(self, cameras: tuple[str, ...] = (), video: bool = False) -> None:
+    def __init__(self, cameras: Sequence[str] = (), is_video: bool = False) -> None:
         """Make the channels.
 
         Args:
             cameras: names of those whose pictures are shown.
-            video: whether they come as H.264 and not as JPEG.
+            is_video: whether they come as H.264 and not as JPEG.
         """
+        picture = CompressedVideo if is_video else CompressedImage
+        messages = {**_PROTOBUF, **{f"{topics.CAMERA}{name}": picture for name in cameras}}
+        self.schemas = {topic: compact(message.get_schema()) for topic, message in messages.items()}
+        self.schemas |= {topic: _as_schema(schema) for topic, schema in _JSON.items()}
         self.context = foxglove.Context()
-        context = self.context
-        self.tf = self._encoded(topics.TF, FrameTransforms.get_schema())
-        self.scan = self._encoded(topics.SCAN, LaserScan.get_schema())
-        self.odom = self._encoded(topics.ODOM, Odometry.get_schema())
-        self.scene = SceneUpdateChannel(topics.SCENE, context=context)
-        self.path = SceneUpdateChannel(topics.PATH, context=context)
-        self.goal = PoseInFrameChannel(topics.GOAL, context=context)
-        self.log = LogChannel(topics.LOG, context=context)
-        self.cmd_vel = self._json(topics.CMD_VEL, topics.CMD_VEL_SCHEMA)
-        self.step = self._json(topics.STEP, topics.STEP_SCHEMA)
-        self.outcome = self._json(topics.OUTCOME, topics.OUTCOME_SCHEMA)
-        kind: Any = CompressedVideoChannel if video else CompressedImageChannel
-        self._as_message: Callable[..., Any] = CompressedVideo if video else CompressedImage
-        self._format = "h264" if video else "jpeg"
-        self._cameras = {name: kind(f"{topics.CAMERA}{name}", context=context) for name in cameras}
+        self._channels = {
+            topic: foxglove.Channel(
+                topic, schema=schema, message_encoding=message_encoding(schema), context=self.context
+            ).base
+            for topic, schema in self.schemas.items()
+        }
 
-    def log_picture(self, camera: str, picture: bytes, stamp: Timestamp, time: int) -> None:
-        """Tell what a camera saw, encoded, at a simulated time in ns."""
-        message = self._as_message(timestamp=stamp, frame_id=camera, data=picture, format=self._format)
-        self._cameras[camera].log(message, log_time=time)
+    def log(self, topic: str, message: bytes, time: int) -> None:
+        """Tell a message of an instant, simulated ns."""
+        self._channels[topic].log(message, time)
 
-    def _encoded(self, topic: str, schema: foxglove.Schema) -> BaseChannel:
-        """For messages that come as bytes, from a Template."""
-        return foxglove.Channel(topic, schema=schema, message_encoding="protobuf", context=self.context).base
 
-    def _json(self, topic: str, schema: topics.Schema) -> BaseChannel:
-        return foxglove.Channel(topic, schema=schema, message_encoding="json", context=self.context).base
+def _as_schema(schema: topics.Schema) -> foxglove.Schema:
+    return foxglove.Schema(name=schema["title"], encoding="jsonschema", data=orjson.dumps(schema))

@@ -50,7 +50,7 @@ class LiveView:
         self._physics, self._steering = environment.physics, steering
         channels = Channels()
         self._reader = MomentReader(environment)
-        self._publisher = Publisher(channels, environment, self._reader)
+        self._publisher = Publisher(channels.log, environment, self._reader)
         self._controls = LiveControls(speed, steering)
         self._listener = LiveListener(self._controls, self._refuse)
         self._pace = _Pace()
@@ -77,7 +77,7 @@ class LiveView:
         self._listener.take_newcomer()
         moment = self._now()
         self._tell_time(moment)
-        self._publisher.begin(moment)
+        self._publisher.tell([moment])
         self._hold(0.0)
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
@@ -91,7 +91,7 @@ class LiveView:
         elapsed = self._tell_time(moment)
         if self._listener.take_newcomer():
             self._publisher.take_up(moment, self._start, self._driven[:-1])
-        self._publisher.steps([moment])
+        self._publisher.tell([moment])
         if not (step.terminated or step.truncated):
             self._hold(min(elapsed, GAP))
 

@@ -1,72 +1,93 @@
 """A recording's file: plain and up to date while its episode goes on, compressed and complete at the end.
 
 While it is open there is `<stem>.mcap.part`, without chunks, so that a process that is killed loses what it had not
-flushed and nothing else (`python -m tools.recover` completes it). The compressed file grows in memory, about 50 kB an
-episode, and is written in one go under its final name.
+flushed and nothing else (`python -m tools.recover` completes it). The final file is made of the same messages by
+foxglove at the end, all in one go.
 """
 
 import contextlib
 import gzip
 import io
-from collections.abc import Callable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
+from typing import IO
 
 import foxglove
 from foxglove.mcap import MCAPWriteOptions
+from mcap.records import Attachment, Metadata
 
-# 1 of zstd takes half the time of its default, 3, for 2 % more room.
-_FINISHED = MCAPWriteOptions(compression_level=1, compression_threads=0)
-_IN_PROGRESS = MCAPWriteOptions(compression=None, use_chunks=False, disable_seeking=True)
+from asddpg.recording.channels import Channels
+from asddpg.recording.plain_mcap import Logged, PlainMcap
+
+_FINISHED = MCAPWriteOptions(compression_threads=0, emit_summary_offsets=False)
 
 METADATA = "asddpg"  # name of the metadata record
 CONFIG = "config.yaml.gz"  # name of the attachment
 
 
-class RecordingFile:
-    """Takes what is logged on a context's channels, from its making until it is finished or dropped."""
+class RecordingFiles:
+    """Recordings of the same channels and configuration."""
 
-    def __init__(self, folder: Path, stem: str, context: foxglove.Context) -> None:
+    def __init__(self, folder: Path, channels: Channels, config: str) -> None:
+        """Take the configuration as YAML; nothing is made yet."""
+        packed = gzip.compress(config.encode(), mtime=0)  # attachments are not compressed by the format itself
+        self.folder, self.channels = folder, channels
+        self.config = Attachment(create_time=0, log_time=0, name=CONFIG, media_type="application/gzip", data=packed)
+        self.plain = PlainMcap(channels.schemas, self.config)
+
+    def compressed(self, metadata: Mapping[str, str], messages: Iterable[Logged]) -> memoryview:
+        """A whole file."""
+        file, config = io.BytesIO(), self.config
+        with foxglove.open_mcap(file, context=self.channels.context, writer_options=_FINISHED) as writer:
+            writer.write_metadata(METADATA, dict(metadata))
+            writer.attach(**vars(config))
+            for message in messages:
+                self.channels.log(*message)
+        return file.getbuffer()
+
+
+class RecordingFile:
+    """Takes messages, from its making until it is finished or dropped."""
+
+    def __init__(self, files: RecordingFiles, stem: str, metadata: Mapping[str, str]) -> None:
         """Open it.
+
+        Args:
+            files: where it belongs.
+            stem: its name without endings.
+            metadata: what it is of.
 
         Raises:
             OSError: the file cannot be made.
         """
-        folder.mkdir(parents=True, exist_ok=True)
-        self._folder, self._stem = folder, stem
-        self.part = folder / f"{stem}.mcap.part"
-        self._plain = _Plain(self.part)
-        self._compressed = io.BytesIO()
-        self._writers = (
-            foxglove.open_mcap(self._plain, context=context, writer_options=_IN_PROGRESS),
-            foxglove.open_mcap(self._compressed, context=context, writer_options=_FINISHED),
-        )
+        self._files, self._stem, self._metadata = files, stem, metadata
+        self._messages: list[Logged] = []
+        self.part = files.folder / f"{stem}.mcap.part"
+        self._file = _opened(self.part)
+        self._file.write(files.plain.beginning(Metadata(METADATA, dict(metadata))))
+        self._file.flush()
 
-    def describe(self, metadata: Mapping[str, str], packed: bytes) -> None:
-        """Keep with it what it is of, and the configuration as pack() made it."""
-        for writer in self._writers:
-            writer.write_metadata(METADATA, dict(metadata))
-            writer.attach(log_time=0, create_time=0, name=CONFIG, media_type="application/gzip", data=packed)
-
-    def flush(self) -> None:
-        """Bring everything logged so far into the file.
+    def add(self, messages: Sequence[Logged]) -> None:
+        """Take messages, and bring them to the disk.
 
         Raises:
-            OSError: it could not be written; what follows is not kept.
+            OSError: they could not be written.
         """
-        self._writers[0].flush()
-        self._plain.check()
+        self._messages += messages
+        self._file.write(self._files.plain.messages(messages))
+        self._file.flush()
 
-    def finish(self, outcome: str) -> Path:
-        """Complete the file, under its final name.
+    def finish(self, outcome: str, last: Sequence[Logged]) -> Path:
+        """Complete the file by its last messages, under its final name.
 
         Raises:
             OSError: it could not be written.
         """
-        self._close()
-        path = self._folder / f"{self._stem}_{outcome}.mcap"
+        self._file.close()
+        path = self._files.folder / f"{self._stem}_{outcome}.mcap"
         whole = path.with_name(path.name + ".new")
         try:
-            whole.write_bytes(self._compressed.getbuffer())
+            whole.write_bytes(self._files.compressed(self._metadata, [*self._messages, *last]))
             whole.replace(path)
         except OSError:
             whole.unlink(missing_ok=True)
@@ -76,51 +97,14 @@ class RecordingFile:
 
     def drop(self) -> None:
         """Close it and keep nothing."""
-        self._close()
-        self.part.unlink(missing_ok=True)
-
-    def _close(self) -> None:
-        for writer in self._writers:
-            writer.close()
-        self._plain.close()
-
-
-def pack(config: str) -> bytes:
-    """A configuration as it is attached: attachments are not compressed by the format itself."""
-    return gzip.compress(config.encode(), mtime=0)
-
-
-class _Plain:
-    """A file for foxglove's writer that remembers its first error instead of raising it.
-
-    Raised within the writer, which is not Python, an error would be printed and lost.
-    """
-
-    def __init__(self, path: Path) -> None:
-        self._file = path.open("wb")
-        self._error: OSError | None = None
-
-    def write(self, data: bytes | bytearray) -> int:
-        self._try(lambda: self._file.write(data))
-        return len(data)
-
-    def flush(self) -> None:
-        self._try(self._file.flush)
-
-    def seek(self, offset: int, whence: int = 0) -> int:
-        return self._file.tell()
-
-    def check(self) -> None:
-        if self._error is not None:
-            raise self._error
-
-    def close(self) -> None:
         with contextlib.suppress(OSError):  # nothing that matters is left to be written
             self._file.close()
+        self.part.unlink(missing_ok=True)
 
-    def _try(self, act: Callable[[], object]) -> None:
-        if self._error is None:
-            try:
-                act()
-            except OSError as error:
-                self._error = error
+
+def _opened(path: Path) -> IO[bytes]:
+    try:
+        return path.open("wb")
+    except FileNotFoundError:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        return path.open("wb")

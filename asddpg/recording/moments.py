@@ -6,7 +6,6 @@ from typing import Any, NamedTuple, Protocol
 
 from asddpg.types import Observation, Step
 from tasks.body_frames import BodyFrames
-from tasks.physics import FloatArray
 from tasks.state_digest import state_digest
 
 NANOSECONDS = 1_000_000_000
@@ -40,7 +39,7 @@ class Moment(NamedTuple):
     number: int  # of the step, from 0; −1 at the beginning
     step: Step | None
     observation: Observation
-    bodies: FloatArray  # (nbody, 7), BodyFrames.sample
+    bodies: bytes  # BodyFrames.sample
     goal: tuple[float, float]  # m, world frame
     digest: int  # of the physical state
     pictures: Mapping[str, bytes] = _NO_PICTURES  # by camera, encoded
@@ -51,6 +50,7 @@ class MomentReader:
 
     def __init__(self, environment: Watched, cameras: TakesPictures | None = None) -> None:
         self._physics, self._cameras = environment.physics, cameras
+        self._data = self._physics.data.ptr
         self.frames = BodyFrames(self._physics.model.ptr)
         self._number = -1
 
@@ -65,15 +65,14 @@ class MomentReader:
         return self._read(step.next_observation, step)
 
     def _read(self, observation: Observation, step: Step | None) -> Moment:
-        physics = self._physics
-        data = physics.data.ptr
+        data = self._data
         return Moment(
             time=round(data.time * (NANOSECONDS / _MICROSECOND)) * _MICROSECOND,
             number=self._number,
             step=step,
             observation=observation,
             bodies=self.frames.sample(data),
-            goal=physics.goal(),
+            goal=self._physics.goal(),
             digest=state_digest(data),
             pictures=self._cameras.take(is_first=step is None) if self._cameras else _NO_PICTURES,
         )

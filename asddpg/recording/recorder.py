@@ -1,6 +1,6 @@
 """Records chosen episodes, a file each."""
 
-import json
+from collections import deque
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -8,9 +8,11 @@ from typing import Any, SupportsFloat
 
 from asddpg.recording.cameras import Cameras
 from asddpg.recording.channels import Channels
-from asddpg.recording.mcap_file import RecordingFile, pack
+from asddpg.recording.mcap_file import RecordingFile, RecordingFiles
 from asddpg.recording.moments import Moment, MomentReader, Watched
+from asddpg.recording.plain_mcap import Logged
 from asddpg.recording.publisher import Publisher
+from asddpg.recording.step_message import as_json
 from asddpg.tally import Tally
 from asddpg.types import Episode, Observation, Step
 
@@ -79,10 +81,13 @@ class Recorder:
             cameras: whose pictures are recorded too.
         """
         self._folder, self._facts, self._selection, self._say = folder, provenance.facts, selection, say
-        self._config = pack(provenance.config)
-        self._channels = Channels(cameras.names, cameras.is_video) if cameras else Channels()
+        is_video = cameras is not None and cameras.is_video
+        channels = Channels(cameras.names if cameras else (), is_video)
+        self._files = RecordingFiles(folder, channels, provenance.config)
+        self._kept = deque(sorted(folder.glob("*.mcap")))
         self._reader = MomentReader(environment, cameras)
-        self._publisher = Publisher(self._channels, environment, self._reader)
+        self._logged: list[Logged] = []
+        self._publisher = Publisher(self._log, environment, self._reader, is_video)
         self._file: RecordingFile | None = None
         self._waiting: list[Moment] = []
         self._steps, self._episodes = first_step, first_episode
@@ -103,8 +108,8 @@ class Recorder:
         if self._file is not None:
             self._waiting.append(self._reader.step(step))
             self._tally.add(step)
-            if len(self._waiting) == BATCH_STEPS:
-                self._try(self._tell)
+            if (self._waiting[-1].number + 1) % BATCH_STEPS == 0:
+                self._try(self._bring)
 
     def end_episode(self, episode: Episode) -> None:
         """Complete the file."""
@@ -119,40 +124,41 @@ class Recorder:
     # Files --------------------------------------------------------------------------------------------------------
 
     def _open(self, observation: Observation, info: Mapping[str, Any]) -> None:
-        self._tally, self._waiting = Tally(info), []
-        file = RecordingFile(self._folder, f"{self._steps:08d}_{self._episodes:05d}", self._channels.context)
-        self._file = file
         facts = {"step": str(self._steps), "episode": str(self._episodes)}
         # Exactly: JSON gives a double back to the last bit.
-        facts |= {name: json.dumps(info[name]) for name in ("start", "goal")}
-        file.describe({**self._facts, **facts}, self._config)
-        self._publisher.begin(self._reader.begin(observation))
-        file.flush()
+        facts |= {name: as_json(list(info[name])).decode() for name in ("start", "goal")}
+        name = f"{self._steps:08d}_{self._episodes:05d}"
+        self._file = RecordingFile(self._files, name, {**self._facts, **facts})
+        self._tally, self._waiting = Tally(info), [self._reader.begin(observation)]
 
-    def _tell(self) -> None:
+    def _bring(self) -> None:
         assert self._file is not None
-        waiting, self._waiting = self._waiting, []
+        self._file.add(self._told())
+
+    def _told(self) -> list[Logged]:
+        """Messages of what waited."""
+        waiting, self._waiting, self._logged = self._waiting, [], []
         if waiting:
-            self._publisher.steps(waiting)
-        self._file.flush()
+            self._publisher.tell(waiting)
+        return self._logged
+
+    def _log(self, topic: str, message: bytes, time: int) -> None:
+        self._logged.append((topic, message, time))
 
     def _finish(self, episode: Episode) -> None:
         assert self._file is not None
-        self._tell()
-        self._publisher.end(episode)
-        file, self._file = self._file, None
         if self._selection.outcomes and episode.outcome not in self._selection.outcomes:
+            file, self._file = self._file, None
             file.drop()
             return
-        self.last = file.finish(episode.outcome)
+        messages = self._told()
+        self._publisher.end(episode)
+        self.last = self._file.finish(episode.outcome, messages)
+        self._file = None
         self.files += 1
-        self._thin_out()
-
-    def _thin_out(self) -> None:
-        keep = self._selection.keep
-        if keep is not None and self.files > keep:
-            for old in sorted(self._folder.glob("*.mcap"))[:-keep]:
-                old.unlink(missing_ok=True)
+        self._kept.append(self.last)
+        if self._selection.keep is not None and len(self._kept) > self._selection.keep:
+            self._kept.popleft().unlink(missing_ok=True)
 
     def _try(self, act: Callable[[], None]) -> None:
         try:

@@ -1,10 +1,12 @@
-"""Foxglove's messages of where things are and what the laser sees."""
+"""Foxglove's messages of where things are, and what laser and cameras see."""
 
 from collections.abc import Sequence
 
 import numpy as np
 import numpy.typing as npt
 from foxglove.messages import (
+    CompressedImage,
+    CompressedVideo,
     FrameTransform,
     FrameTransforms,
     LaserScan,
@@ -47,65 +49,56 @@ def timestamp(time: int) -> Timestamp:
     return Timestamp(sec=time // NANOSECONDS, nsec=time % NANOSECONDS)
 
 
-def transforms(frames: Sequence[Frame]) -> Template:
-    """All frames in one message: after a jump in time a viewer gets the last message alone.
+def states(frames: Sequence[Frame], num_beams: int) -> Template:
+    """/tf, /scan and /odom of an instant.
 
-    Its numbers: of each frame in its parent's x, y, z in metres and the quaternion w, x, y, z.
+    Its numbers: of the base in the world x, y, z in metres and the quaternion w, x, y, z, its forward speed in m/s and
+    its turn rate in rad/s; the place of each frame in its parent's; ranges in metres from right to left.
     """
 
-    def make(stamp: Timestamp, numbers: Sequence[float]) -> FrameTransforms:
-        places = np.reshape(numbers, (len(frames), 7)).tolist()
-        return FrameTransforms(
-            transforms=[
-                FrameTransform(
-                    timestamp=stamp,
-                    parent_frame_id=frame.parent,
-                    child_frame_id=frame.name,
-                    translation=Vector3(x=x, y=y, z=z),
-                    rotation=Quaternion(x=i, y=j, z=k, w=w),
-                )
-                for frame, (x, y, z, w, i, j, k) in zip(frames, places, strict=True)
-            ]
-        )
+    def make(stamp: Timestamp, numbers: Sequence[float]) -> tuple[FrameTransforms, LaserScan, Odometry]:
+        motion, places, ranges = numbers[:9], numbers[9:-num_beams], numbers[-num_beams:]
+        return _transforms(stamp, frames, places), _laser_scan(stamp, ranges), _odometry(stamp, motion)
 
-    return Template(make, 7 * len(frames))
+    return Template(make, 9 + 7 * len(frames) + num_beams)
 
 
-def laser_scan(num_beams: int) -> Template:
-    """What the policy saw. Its numbers: ranges in metres from right to left."""
+def _transforms(stamp: Timestamp, frames: Sequence[Frame], numbers: Sequence[float]) -> FrameTransforms:
+    """All frames in one message: after a jump in time a viewer gets the last message alone."""
+    places = np.reshape(numbers, (len(frames), 7)).tolist()
+    return FrameTransforms(
+        transforms=[
+            FrameTransform(
+                timestamp=stamp,
+                parent_frame_id=frame.parent,
+                child_frame_id=frame.name,
+                translation=Vector3(x=x, y=y, z=z),
+                rotation=Quaternion(x=i, y=j, z=k, w=w),
+            )
+            for frame, (x, y, z, w, i, j, k) in zip(frames, places, strict=True)
+        ]
+    )
 
-    def make(stamp: Timestamp, numbers: Sequence[float]) -> LaserScan:
-        half = FIELD_OF_VIEW / 2
-        return LaserScan(
-            timestamp=stamp,
-            frame_id="laser",
-            pose=_IDENTITY,
-            start_angle=-half,
-            end_angle=half,
-            ranges=list(numbers),
-        )
 
-    return Template(make, num_beams)
+def _laser_scan(stamp: Timestamp, ranges: Sequence[float]) -> LaserScan:
+    """What the policy saw."""
+    half = FIELD_OF_VIEW / 2
+    return LaserScan(
+        timestamp=stamp, frame_id="laser", pose=_IDENTITY, start_angle=-half, end_angle=half, ranges=list(ranges)
+    )
 
 
-def odometry() -> Template:
-    """Pose of the base in the world, its velocity in its own frame.
-
-    Its numbers: x, y, z in metres, the quaternion w, x, y, z, forward speed in m/s, turn rate in rad/s.
-    """
-
-    def make(stamp: Timestamp, numbers: Sequence[float]) -> Odometry:
-        x, y, z, w, i, j, k, linear, angular = numbers
-        return Odometry(
-            timestamp=stamp,
-            frame_id=WORLD,
-            body_frame_id="base",
-            pose=Pose(position=Vector3(x=x, y=y, z=z), orientation=Quaternion(x=i, y=j, z=k, w=w)),
-            linear_velocity=Vector3(x=linear),
-            angular_velocity=Vector3(z=angular),
-        )
-
-    return Template(make, 9)
+def _odometry(stamp: Timestamp, numbers: Sequence[float]) -> Odometry:
+    """Pose of the base in the world, its velocity in its own frame."""
+    x, y, z, w, i, j, k, linear, angular = numbers
+    return Odometry(
+        timestamp=stamp,
+        frame_id=WORLD,
+        body_frame_id="base",
+        pose=Pose(position=Vector3(x=x, y=y, z=z), orientation=Quaternion(x=i, y=j, z=k, w=w)),
+        linear_velocity=Vector3(x=linear),
+        angular_velocity=Vector3(z=angular),
+    )
 
 
 def goal_pose(goal: tuple[float, float], time: int) -> PoseInFrame:
@@ -113,3 +106,10 @@ def goal_pose(goal: tuple[float, float], time: int) -> PoseInFrame:
     x, y = goal
     pose = Pose(position=Vector3(x=x, y=y), orientation=Quaternion(w=1.0))
     return PoseInFrame(timestamp=timestamp(time), frame_id=WORLD, pose=pose)
+
+
+def picture_message(camera: str, picture: bytes, time: int, is_video: bool) -> CompressedImage | CompressedVideo:
+    """What a camera saw, as JPEG or as a frame of H.264."""
+    if is_video:
+        return CompressedVideo(timestamp=timestamp(time), frame_id=camera, data=picture, format="h264")
+    return CompressedImage(timestamp=timestamp(time), frame_id=camera, data=picture, format="jpeg")

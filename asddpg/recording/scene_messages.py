@@ -19,6 +19,7 @@ from foxglove.messages import (
     Vector3,
 )
 
+from asddpg.recording.robot_messages import on_grid
 from tasks.scene_parts import WORLD, Part, Shape
 
 PATH_WIDTH = 0.03  # m
@@ -69,13 +70,13 @@ def _entity(owner: str, frame: str, parts: Sequence[Part]) -> SceneEntity:
 
 
 def _pose(part: Part) -> Pose:
-    x, y, z = part.position.tolist()
-    w, i, j, k = part.quaternion.tolist()
+    x, y, z = on_grid(part.position).tolist()
+    w, i, j, k = on_grid(part.quaternion).tolist()
     return Pose(position=Vector3(x=x, y=y, z=z), orientation=Quaternion(x=i, y=j, z=k, w=w))
 
 
 def _size(part: Part) -> Vector3:
-    x, y, z = part.size.tolist()
+    x, y, z = on_grid(part.size).tolist()
     return Vector3(x=x, y=y, z=z)
 
 
@@ -87,7 +88,7 @@ def _colour(part: Part) -> Color:
 def _triangles(part: Part) -> TriangleListPrimitive:
     assert part.vertices is not None
     assert part.faces is not None
-    points = [Point3(x=x, y=y, z=z) for x, y, z in part.vertices.tolist()]
+    points = [Point3(x=x, y=y, z=z) for x, y, z in on_grid(part.vertices).tolist()]
     return TriangleListPrimitive(
         pose=_pose(part), points=points, indices=part.faces.ravel().tolist(), color=_colour(part)
     )

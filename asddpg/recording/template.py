@@ -1,10 +1,11 @@
-"""Messages of one kind as bytes: numbers are filled into a template, a whole batch at once.
+"""Messages that are told together, as bytes: numbers are filled into a template, a whole batch at once.
 
-foxglove's objects encode one message in the template's making; after that nothing is made anew but the numbers, which
-takes a fifth of the time. It holds for messages whose length does not change: every number is a double other than 0,
-which protobuf would leave out, and times are written with all their digits.
+foxglove's objects encode one message of each kind in the template's making; after that nothing is made anew but the
+numbers, which takes a tenth of the time. It holds for messages whose length does not change: every number is a double
+that is written even where it is 0, which protobuf would leave out, and times are written with all their digits.
 """
 
+import itertools
 import struct
 from collections.abc import Callable, Sequence
 from typing import Protocol
@@ -35,44 +36,46 @@ class Encodable(Protocol):
 
 
 class Template:
-    """Fills times and numbers into copies of a message."""
+    """Fills times and numbers into copies of some messages."""
 
-    def __init__(self, make: Callable[[Timestamp, Numbers], Encodable], count: int) -> None:
-        """Take the encoding of one message.
+    def __init__(self, make: Callable[[Timestamp, Numbers], Sequence[Encodable]], count: int) -> None:
+        """Take the encoding of messages.
 
         Args:
-            make: gives the message of a time and of `count` numbers.
+            make: gives the messages of a time and of `count` numbers.
             count: how many numbers there are.
         """
         stand_ins = [_FIRST_NUMBER * (1 + index / 1024) for index in range(count)]
-        encoded: bytes = make(Timestamp(sec=_SECONDS, nsec=_NANOSECONDS), stand_ins).encode()
+        messages = [each.encode() for each in make(Timestamp(sec=_SECONDS, nsec=_NANOSECONDS), stand_ins)]
+        encoded = b"".join(messages)
         self._bytes = np.frombuffer(encoded, dtype=np.uint8)
-        numbers = [encoded.index(struct.pack("<d", number)) for number in stand_ins]
-        self._numbers = (np.array(numbers)[:, None] + np.arange(8)).ravel()
-        self._seconds = _everywhere(encoded, _SECONDS)
-        self._nanoseconds = _everywhere(encoded, _NANOSECONDS)
+        ends = list(itertools.accumulate(map(len, messages)))
+        self._messages = [slice(*bounds) for bounds in itertools.pairwise([0, *ends])]
+        self._numbers = np.array([encoded.index(struct.pack("<d", number)) for number in stand_ins])
+        # Where the digits of seconds and nanoseconds stand: (places, 2, digits).
+        self._stamps = np.stack((_everywhere(encoded, _SECONDS), _everywhere(encoded, _NANOSECONDS)), axis=1)
 
-    def fill(self, times: Sequence[int], numbers: FloatArray) -> list[bytes]:
-        """A message for each of m times.
+    def fill(self, times: Sequence[int], numbers: FloatArray) -> list[list[bytes]]:
+        """The messages of each of m times.
 
         Args:
             times: m simulated ns.
             numbers: (m, count).
         """
-        filled = np.empty((len(times), len(self._bytes)), dtype=np.uint8)
-        filled[:] = self._bytes
-        filled[:, self._numbers] = np.ascontiguousarray(numbers, dtype="<f8").view(np.uint8)
-        seconds, nanoseconds = np.divmod(np.array(times), NANOSECONDS)
-        filled[:, self._seconds] = _digits(seconds)
-        filled[:, self._nanoseconds] = _digits(nanoseconds)
         length = len(self._bytes)
-        whole = filled.tobytes()
-        return [whole[begin : begin + length] for begin in range(0, len(whole), length)]
+        filled = np.empty((len(times), length), dtype=np.uint8)
+        filled[:] = self._bytes
+        # A double at every byte: [moment, where it begins].
+        doubles = np.ndarray((len(times), length - 7), dtype="<f8", buffer=filled, strides=(length, 1))
+        doubles[:, self._numbers] = numbers
+        filled[:, self._stamps] = _digits(np.array([divmod(time, NANOSECONDS) for time in times]))[:, None]
+        rows = (row.tobytes() for row in filled)
+        return [[row[message] for message in self._messages] for row in rows]
 
 
 def _everywhere(encoded: bytes, value: int) -> npt.NDArray[np.int64]:
     """Where the digits of a time stand: (places, digits)."""
-    digits = _digits(np.array([value])).tobytes()
+    digits = _digits(np.array(value)).tobytes()
     places = []
     place = encoded.find(digits)
     while place >= 0:
@@ -82,6 +85,6 @@ def _everywhere(encoded: bytes, value: int) -> npt.NDArray[np.int64]:
 
 
 def _digits(values: npt.NDArray[np.int64]) -> npt.NDArray[np.uint8]:
-    """Varints of a fixed length, leading zeros written out: (m, 1, digits)."""
-    digits: npt.NDArray[np.uint8] = ((values[:, None, None] >> _SHIFTS) & 127 | _CONTINUED).astype(np.uint8)
+    """Varints of a fixed length, leading zeros written out: (…, digits)."""
+    digits: npt.NDArray[np.uint8] = ((values[..., None] >> _SHIFTS) & 127 | _CONTINUED).astype(np.uint8)
     return digits

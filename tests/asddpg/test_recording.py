@@ -14,7 +14,18 @@ import gymnasium
 import numpy as np
 import pytest
 import yaml
-from foxglove.messages import FrameTransforms
+from foxglove.messages import (
+    CompressedImage,
+    CompressedVideo,
+    FrameTransforms,
+    LaserScan,
+    Log,
+    Odometry,
+    PoseInFrame,
+    SceneUpdate,
+)
+from google.protobuf.descriptor_pb2 import FileDescriptorSet
+from google.protobuf.descriptor_pool import DescriptorPool
 from mcap.records import Schema
 from mcap.writer import Writer
 from mcap_protobuf.decoder import DecoderFactory
@@ -27,7 +38,8 @@ from asddpg.errors import UserError
 from asddpg.loop import run_episode
 from asddpg.recording.reading import Recording, open_recording
 from asddpg.recording.recorder import BATCH_STEPS, Provenance, Recorder, Selection, each
-from asddpg.recording.robot_messages import transforms
+from asddpg.recording.robot_messages import states
+from asddpg.recording.schemas import compact
 from asddpg.types import Decision, Driver, Observation, Step
 from tasks.body_frames import BodyFrames, Frame
 from tasks.scene_parts import Shape, scene_parts
@@ -301,12 +313,18 @@ def test_a_disk_that_fills_up_stops_nobody_and_leaves_nothing(tmp_path: Path, mo
             self._file = file
 
         def write(self, data: bytes) -> int:
-            if self._file.tell() > 30_000:
+            if self._file.tell() > 5_000:
                 raise OSError(28, "No space left on device")
             return int(self._file.write(data))
 
         def __getattr__(self, name: str) -> Any:
             return getattr(self._file, name)
+
+        def __enter__(self) -> "Full":
+            return self
+
+        def __exit__(self, *_: object) -> None:
+            self._file.close()
 
     driver = controller_of(environment)
     monkeypatch.setattr(Path, "open", lambda path, mode: Full(real(path, mode)))
@@ -357,22 +375,67 @@ def test_size_on_disk(recording: Recording) -> None:
 # Parts --------------------------------------------------------------------------------------------------------------
 
 
-def test_transforms_by_template_say_what_message_objects_say() -> None:
-    schema = FrameTransforms.get_schema()
+def test_states_by_template_say_what_message_objects_say() -> None:
+    frames = [Frame("base", "world"), Frame("a_longer_name", "base")]
+    numbers = np.random.default_rng(0).normal(size=(3, 2 * 7 + 9 + 5))
+    numbers[0, 16:23] = 0.0  # which protobuf would leave out
+    times = [0, 200_000_000, 4_000_123_456_789]
+    decoders = [decoder_for(kind) for kind in (FrameTransforms, LaserScan, Odometry)]
+    for messages, told, instant in zip(states(frames, 5).fill(times, numbers), numbers.tolist(), times, strict=True):
+        transforms, scan, motion = (decode(message) for decode, message in zip(decoders, messages, strict=True))
+        assert [(each.parent_frame_id, each.child_frame_id) for each in transforms.transforms] == [
+            ("world", "base"),
+            ("base", "a_longer_name"),
+        ]
+        placed = [number for each in transforms.transforms for number in pose_of(each.translation, each.rotation)]
+        turning = [motion.linear_velocity.x, motion.angular_velocity.z]
+        assert placed == told[9:23]
+        assert pose_of(motion.pose.position, motion.pose.orientation) + turning == told[:9]
+        assert list(scan.ranges) == told[23:]
+        for stamp in [scan.timestamp, motion.timestamp, *(frame.timestamp for frame in transforms.transforms)]:
+            assert stamp.seconds * 10**9 + stamp.nanos == instant
+
+
+def test_compact_schemas_describe_the_same_messages() -> None:
+    for kind in (FrameTransforms, LaserScan, Odometry, PoseInFrame, SceneUpdate, Log, CompressedImage, CompressedVideo):
+        schema = kind.get_schema()
+        small = compact(schema)
+        assert (small.name, small.encoding) == (schema.name, schema.encoding)
+        assert described(small.data) == described(schema.data)
+        assert len(small.data) < 0.75 * len(schema.data)
+
+
+def described(schema: bytes) -> dict[str, Any]:
+    """Of a set of descriptors all messages and enumerations, by their full names."""
+    pool = DescriptorPool()
+    files = FileDescriptorSet.FromString(schema).file
+    for file in files:
+        pool.Add(file)
+    found: dict[str, Any] = {}
+    for file in files:
+        for enumeration in file.enum_type:
+            found[f"{file.package}.{enumeration.name}"] = str(enumeration)
+        for message in file.message_type:
+            name = f"{file.package}.{message.name}"
+            fields = pool.FindMessageTypeByName(name).fields
+            found[name] = [str(enumeration) for enumeration in message.enum_type], [said_of(field) for field in fields]
+    return found
+
+
+def said_of(field: Any) -> list[Any]:
+    kinds = [kind.full_name for kind in (field.message_type, field.enum_type) if kind]
+    return [field.name, field.json_name, field.number, field.type, field.is_repeated, field.has_presence, *kinds]
+
+
+def decoder_for(kind: Any) -> Callable[[bytes], Any]:
+    schema = kind.get_schema()
     decode = DecoderFactory().decoder_for("protobuf", Schema(1, schema.data, schema.encoding, schema.name))
     assert decode is not None
-    places = np.random.default_rng(0).normal(size=(3, 2, 7))
-    places[0, 1] = 0.0  # which protobuf would leave out
-    times = [0, 200_000_000, 4_000_123_456_789]
-    messages = transforms([Frame("base", "world"), Frame("a_longer_name", "base")]).fill(times, places.reshape(3, -1))
-    for message, of_all, instant in zip(messages, places, times, strict=True):
-        decoded = decode(message).transforms
-        names = [(each.parent_frame_id, each.child_frame_id) for each in decoded]
-        assert names == [("world", "base"), ("base", "a_longer_name")]
-        for frame, place in zip(decoded, of_all, strict=True):
-            at, turn = frame.translation, frame.rotation
-            assert [at.x, at.y, at.z, turn.w, turn.x, turn.y, turn.z] == place.tolist()
-            assert frame.timestamp.seconds * 10**9 + frame.timestamp.nanos == instant
+    return decode
+
+
+def pose_of(place: Any, turn: Any) -> list[float]:
+    return [place.x, place.y, place.z, turn.w, turn.x, turn.y, turn.z]
 
 
 def test_relative_frames_compose_to_the_world_s() -> None:
@@ -382,7 +445,7 @@ def test_relative_frames_compose_to_the_world_s() -> None:
         environment.step(np.array([0.3, 0.8], dtype=np.float32))
     physics = watched(environment).physics
     frames = BodyFrames(physics.model.ptr)
-    (places,) = frames.relative(frames.sample(physics.data.ptr)[None])
+    (places,) = frames.relative([frames.sample(physics.data.ptr)])
     in_world: dict[str, tuple[Any, Any]] = {"world": (np.zeros(3), np.eye(3))}
     for frame, place in zip(frames.frames, places, strict=True):
         position, turn = in_world[frame.parent]
