@@ -66,7 +66,7 @@ def read(folder: Path) -> dict[str, Any]:
         if not (folder / name).is_file():
             raise DamagedStateError(f"{name} is missing")
     try:
-        sums = (folder / SUMS).read_text(encoding="ascii")
+        sums = (folder / SUMS).read_text(encoding="ascii", errors="replace")
         if sums != _sums(folder):
             raise DamagedStateError(f"{_differing(folder, sums)} does not have the checksum in {SUMS}")
         tree = json.loads((folder / STATE).read_text(encoding="utf-8"))
