@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, SupportsFloat
 
 import gymnasium
 import mujoco
@@ -13,13 +13,14 @@ import yaml
 
 from asddpg import reproduce, state_files, train
 from asddpg.agent import AsDDPG
+from asddpg.build import watched
 from asddpg.errors import Breakdown, UserError
 from asddpg.resumable import ResumableEpisodes
 from asddpg.types import Episode
 from tests.asddpg.runs import QUICK, stopped
 
 NAN = float("nan")
-Step = tuple[Any, float, bool, bool, dict[str, Any]]
+Step = tuple[Any, SupportsFloat, bool, bool, dict[str, Any]]
 
 
 class Faulty(gymnasium.Wrapper[Any, Any, Any, Any]):
@@ -50,13 +51,14 @@ def nan_action(faulty: Faulty, _: Any) -> Step:
 
 
 def huge_velocity(faulty: Faulty, action: Any) -> Step:
-    faulty.unwrapped.physics.data.ptr.qvel[:] = 1e12
+    watched(faulty).physics.data.ptr.qvel[:] = 1e12
     return faulty.env.step(action)
 
 
 def everything_in_one_place(faulty: Faulty, action: Any) -> Step:
     """More contacts than MuJoCo has memory for."""
-    model, data = faulty.unwrapped.physics.model.ptr, faulty.unwrapped.physics.data.ptr
+    physics = watched(faulty).physics
+    model, data = physics.model.ptr, physics.data.ptr
     free = model.jnt_qposadr[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE]
     for address in free:
         data.qpos[address : address + 3] = data.qpos[free[0] : free[0] + 3]

@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ import pytest
 import torch
 import yaml
 
-from asddpg import train, training
+from asddpg import checkpoint, train, training
 from asddpg.errors import UserError
 from asddpg.evaluation import Figures, evaluate
 from asddpg.observers.metrics_log import rows_of
@@ -88,7 +89,7 @@ def test_stopped_anywhere_it_comes_out_the_same(
 def test_stopped_again_and_again_it_comes_out_the_same(unbroken: Unbroken, kind: str, tmp_path: Path) -> None:
     run, ends = tmp_path / "run", ends_of_episodes(unbroken(kind))
     stopped([*QUICK, *KINDS[kind], f"run_dir={run}"], ends[0] + 2)
-    for step, act in [(ends[2], die), (ends[2] + 1, interrupt), (137, interrupt), (161, die), (239, interrupt)]:
+    for step, act in [(ends[2] + 1, interrupt), (161, die), (239, interrupt)]:
         stopped([f"resume={run}"], step, act)
     train.main([f"resume={run}"])
     assert_same_run(unbroken(kind), run)
@@ -138,7 +139,7 @@ def test_stopped_during_the_test_at_the_end(
 def test_killed_between_the_last_checkpoint_and_the_last_weights(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    real = training.checkpoint.save
+    real = checkpoint.save
 
     def save(path: Path, agent: Any, step: int) -> None:
         if step == 240:
@@ -146,7 +147,7 @@ def test_killed_between_the_last_checkpoint_and_the_last_weights(
         real(path, agent, step)
 
     run = tmp_path / "run"
-    monkeypatch.setattr(training.checkpoint, "save", save)
+    monkeypatch.setattr(checkpoint, "save", save)
     with pytest.raises(Died):
         train.main([*QUICK, "validation.every=0", f"run_dir={run}"])
     monkeypatch.undo()
@@ -215,15 +216,10 @@ def test_the_best_weights_are_of_this_past_and_no_other(tmp_path: Path, monkeypa
     """Weights that a validation after the checkpoint found best belong to steps that are never made again."""
     run = tmp_path / "run"
     reached = {"rate": 1.0}
-    real = training.evaluate
 
     def rated(*arguments: Any) -> Figures:
-        figures = real(*arguments)
-        rate = figures.reach_rate._replace(value=reached["rate"])
-        return training_figures(figures, rate)
-
-    def training_figures(figures: Figures, rate: Any) -> Figures:
-        return Figures(**{**vars(figures), "reach_rate": rate})
+        figures = evaluate(*arguments)
+        return replace(figures, reach_rate=figures.reach_rate._replace(value=reached["rate"]))
 
     monkeypatch.setattr(training, "evaluate", rated)
     stopped([*QUICK, f"run_dir={run}"], 140, die)  # after the validation at step 100 and some
@@ -272,14 +268,16 @@ def test_other_options_are_refused_by_name(halfway: Path, word: str, sentence: s
 def test_the_same_option_again_is_no_mistake(unbroken: Unbroken, tmp_path: Path) -> None:
     run = tmp_path / "run"
     stopped([*QUICK, f"run_dir={run}"], 60)
-    train.main([f"resume={run}", "seed=0", "network.widths=[16,16]", "checkpoint_every=7"])
+    train.main([f"resume={run}", "seed=0", "network.widths=[16,16]", "checkpoint_every=30"])
     assert (unbroken("default") / "metrics.csv").read_bytes() == (run / "metrics.csv").read_bytes()
 
 
-@pytest.mark.parametrize(("path", "sentence"), [("", "nothing is not"), ("nowhere", "nowhere is not"), (".", "no run")])
+@pytest.mark.parametrize(
+    ("path", "sentence"), [("", "^nothing is not"), ("nowhere", "^nowhere is not"), (".", "is not")]
+)
 def test_nothing_to_go_on_with(path: str, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(UserError, match=sentence if path != "." else "not the folder of a run"):
+    with pytest.raises(UserError, match=f"{sentence} the folder of a run"):
         train.main([f"resume={path}"])
     assert not list(tmp_path.iterdir())
 

@@ -27,6 +27,11 @@ def flip(path: Path) -> None:
     path.write_bytes(content)
 
 
+def make_folder(path: Path) -> None:
+    path.unlink()
+    path.mkdir()
+
+
 DAMAGES: dict[str, Callable[[Path], object]] = {
     "truncated": lambda path: path.write_bytes(path.read_bytes()[:-1]),
     "emptied": lambda path: path.write_bytes(b""),
@@ -34,7 +39,7 @@ DAMAGES: dict[str, Callable[[Path], object]] = {
     "removed": Path.unlink,
     "a pickle": lambda path: path.write_bytes(pickle.dumps(Evil())),
     "swapped for the one before": lambda path: shutil.copy(path.parent.parent / "step_00000100" / path.name, path),
-    "a folder": lambda path: (path.unlink(), path.mkdir()),
+    "a folder": make_folder,
 }
 
 
