@@ -4,11 +4,21 @@ import json
 import shutil
 from pathlib import Path
 
+import mujoco
+from dm_control.rl.control import PhysicsError
+
+from asddpg.observers.finite_check import NotFiniteError
 from asddpg.program import python
 from asddpg.run_folder import RunFolder, write_json
 from asddpg.training_states import TrainingStates
 
 WHAT = "what.json"
+CAUSES = (NotFiniteError, PhysicsError, mujoco.FatalError)  # the last where MuJoCo's memory is full
+
+
+def what_of(error: Exception) -> str:
+    """What went wrong, in one line."""
+    return str(error).splitlines()[0]
 
 
 def write(folder: RunFolder, states: TrainingStates, step: int, what: str) -> Path:

@@ -8,12 +8,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any, SupportsFloat
 
-from dm_control.rl.control import PhysicsError
-
 from asddpg import breakdown
 from asddpg.build import make_agent, make_environment, prepare_torch
 from asddpg.errors import Breakdown, UserError
-from asddpg.observers.finite_check import FiniteCheck, NotFiniteError
+from asddpg.observers.finite_check import FiniteCheck
 from asddpg.program import run
 from asddpg.resumable import ResumableEpisodes
 from asddpg.run_folder import RunFolder, read_training
@@ -43,8 +41,8 @@ def main(words: Sequence[str]) -> None:
         while episodes.step <= step and episodes.steps < config.total_steps:
             most = config.total_steps - episodes.steps  # as in the training: its last episode is cut there
             episodes.drive_episode([last, FiniteCheck(), _WeightsCheck(episodes, step)], max_steps=most)
-    except (NotFiniteError, PhysicsError) as error:
-        print(f"again: after step {episodes.step} {error}\n{last.as_text()}")
+    except breakdown.CAUSES as error:
+        print(f"again: after step {episodes.step} {breakdown.what_of(error)}\n{last.as_text()}")
         return
     raise Breakdown(f"step {step} has passed, and nothing broke: another machine, or other versions")
 

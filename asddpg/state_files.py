@@ -9,6 +9,7 @@ import json
 import os
 import re
 import zipfile
+from base64 import b64decode, b64encode
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -66,7 +67,7 @@ def read(folder: Path) -> dict[str, Any]:
         if not (folder / name).is_file():
             raise DamagedStateError(f"{name} is missing")
     try:
-        sums = (folder / SUMS).read_text(encoding="ascii")
+        sums = (folder / SUMS).read_text(encoding="ascii", errors="replace")
         if sums != _sums(folder):
             raise DamagedStateError(f"{_differing(folder, sums)} does not have the checksum in {SUMS}")
         tree = json.loads((folder / STATE).read_text(encoding="utf-8"))
@@ -124,7 +125,8 @@ def _plain(value: Any, place: str, arrays: dict[str, Any], tensors: dict[str, to
         name = _name(place, arrays)
         arrays[name] = value
         return {_ARRAY: name}
-    return {_INLINE: value.tolist(), "dtype": value.dtype.str, "shape": value.shape}
+    # Not as decimal numbers: where denormal ones are flushed to zero, reading them would.
+    return {_INLINE: b64encode(value.tobytes()).decode(), "dtype": value.dtype.str, "shape": value.shape}
 
 
 def _plain_mapping(value: Mapping[Any, Any], place: str, arrays: Any, tensors: Any) -> dict[str, Any]:
@@ -145,7 +147,8 @@ def _restored(value: Any, arrays: Mapping[str, Any], tensors: Mapping[str, torch
     if not isinstance(value, dict):
         return value
     if _INLINE in value:
-        return np.array(value[_INLINE], dtype=np.dtype(value["dtype"])).reshape(value["shape"])
+        content = b64decode(value[_INLINE], validate=True)
+        return np.frombuffer(content, np.dtype(value["dtype"])).reshape(value["shape"]).copy()
     if _ARRAY in value:
         return arrays[value[_ARRAY]]
     if _TENSOR in value:

@@ -154,7 +154,9 @@ def _train(
     except Stopped as stopped:
         print(f"stopped after step {training.step}; to go on: {again}", file=sys.stderr)
         sys.exit(stopped.status)
-    except (KeyboardInterrupt, OSError, SystemExit):
+    except (KeyboardInterrupt, OSError, SystemExit) as error:
+        if isinstance(error, OSError) and not error.filename:  # of a write that failed
+            error.filename = str(folder.path)
         print(f"the training can go on from its last checkpoint: {again}", file=sys.stderr)
         raise
 

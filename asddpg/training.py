@@ -7,7 +7,6 @@ from typing import Any, SupportsFloat
 
 import gymnasium
 import numpy as np
-from dm_control.rl.control import PhysicsError
 
 from asddpg import breakdown, checkpoint, growing_files
 from asddpg.agent import AsDDPG
@@ -16,7 +15,7 @@ from asddpg.config import TrainConfig
 from asddpg.drivers import actor_alone
 from asddpg.errors import Breakdown
 from asddpg.evaluation import evaluate
-from asddpg.observers.finite_check import FiniteCheck, NotFiniteError
+from asddpg.observers.finite_check import FiniteCheck
 from asddpg.observers.metrics_log import MetricsLog, rows_of
 from asddpg.observers.progress import ProgressBar
 from asddpg.observers.step_log import StepLog
@@ -91,19 +90,24 @@ class Training:
         with StopSignals() as signals, ExitStack() as closing:
             observers = self._observers(closing, signals)
             try:
-                self._train(observers, signals)
-                self._keep()
-            except Stopped:
-                self._keep()
-                raise
-            except (NotFiniteError, PhysicsError) as error:
-                dump = breakdown.write(self._folder, self._states, self._episodes.step, str(error))
-                raise Breakdown(breakdown.sentence(dump, self._episodes.step, str(error))) from error
+                self._train_and_keep(observers, signals)
+            except breakdown.CAUSES as error:
+                what = breakdown.what_of(error)
+                dump = breakdown.write(self._folder, self._states, self._episodes.step, what)
+                raise Breakdown(breakdown.sentence(dump, self._episodes.step, what)) from error
             if signals.number:
                 raise Stopped(signals.number)
         # Again: the process that wrote the last checkpoint may have been killed before it came to the weights.
         for name in ("last",) if self._best else ("last", "best"):
             checkpoint.save(self._folder.checkpoint(name), self._parts.agent, self._episodes.step)
+
+    def _train_and_keep(self, observers: Sequence[Observer], signals: StopSignals) -> None:
+        try:
+            self._train(observers, signals)
+        except Stopped:
+            self._keep()
+            raise
+        self._keep()
 
     def _train(self, observers: Sequence[Observer], signals: StopSignals) -> None:
         total = self._config.total_steps

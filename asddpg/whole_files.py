@@ -1,7 +1,10 @@
-"""Files that are whole or, if there was one before, the one before."""
+"""Files that are whole or, if there was one before, the one before; and what is done where one cannot be written."""
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from typing import IO, Any
 
 
 def write_whole(path: Path, content: bytes | memoryview) -> None:
@@ -19,4 +22,15 @@ def write_whole(path: Path, content: bytes | memoryview) -> None:
         part.replace(path)
     except OSError:
         part.unlink(missing_ok=True)  # it holds room that others need
+        raise
+
+
+@contextmanager
+def closed_on_error(file: IO[Any]) -> Iterator[None]:
+    """Close a file whose first lines cannot be written: left to Python, that would be told on stderr once more."""
+    try:
+        yield
+    except OSError:
+        with suppress(OSError):  # what could not be written is tried again
+            file.close()
         raise

@@ -12,7 +12,8 @@ front for actor and critic, which is not its default.
 
 `timestep`: cost and accuracy of physics steps of 1, 2, 5 and 10 ms. `laser`: cost of a scan of 40 and of 682 beams.
 `rooms`: cost of a control step in each room. `reset`: cost of a new start and goal. `recording`: CPU a step and room on
-the disk of episodes recorded for Foxglove. `rendering`: cost of a picture.
+the disk of episodes recorded for Foxglove. `rendering`: cost of a picture. `checkpoint`: CPU of writing what a training
+goes on from, as a share of the CPU of the training.
 """
 
 import time
@@ -33,7 +34,7 @@ from asddpg.loop import run_episode
 from asddpg.networks import Features
 from asddpg.program import run
 from tasks.constants import CONTROL_TIMESTEP, TRACK, WHEEL_RADIUS
-from tools import bench_physics, bench_recording, bench_rendering
+from tools import bench_checkpoint, bench_physics, bench_recording, bench_rendering
 
 ROUNDS = 25
 
@@ -198,6 +199,7 @@ def main(words: Any) -> None:
         "reset": bench_physics.reset,
         "recording": bench_recording.recording,
         "rendering": bench_rendering.rendering,
+        "checkpoint": bench_checkpoint.checkpoint,
     }
     for name in words or parts:
         if name not in parts:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, Protocol, SupportsFloat, TextIO
 
 from asddpg.types import Episode, Observation, Step
+from asddpg.whole_files import closed_on_error
 
 WINDOW = 100  # episodes
 
@@ -58,7 +59,8 @@ class MetricsLog:
         self._recent = RecentEpisodes(row["outcome"] for row in before)
         self._steps, self._episodes = int(before[-1]["step"]) if before else 0, len(before)
         self._metrics_file, self._metrics = _appended(metrics, COLUMNS)
-        self._timing_file, self._timing = _appended(timing, ("step", "seconds", "steps_per_second"))
+        with closed_on_error(self._metrics_file):
+            self._timing_file, self._timing = _appended(timing, ("step", "seconds", "steps_per_second"))
         self._tensorboard = tensorboard
         self._learned: dict[str, list[SupportsFloat]] = {}
         self._begun = time.perf_counter() - seconds
@@ -127,9 +129,10 @@ def _appended(path: Path, columns: Sequence[str]) -> tuple[TextIO, Any]:
     """A table to add rows to, with its first line if it is new."""
     file = path.open("a", newline="", encoding="utf-8")
     table = csv.writer(file)
-    if not file.tell():
-        table.writerow(columns)
-        file.flush()
+    with closed_on_error(file):
+        if not file.tell():
+            table.writerow(columns)
+            file.flush()
     return file, table
 
 

@@ -11,6 +11,8 @@ from tensorboard.compat.proto.event_pb2 import Event
 from tensorboard.compat.proto.summary_pb2 import Summary
 from tensorboard.summary.writer.record_writer import RecordWriter
 
+from asddpg.whole_files import closed_on_error
+
 
 class ScalarEvents:
     """Writes scalars, each at a training step."""
@@ -24,9 +26,10 @@ class ScalarEvents:
         folder.mkdir(parents=True, exist_ok=True)
         self._file = (folder / f"events.out.tfevents.{step:010d}").open("ab")
         self._records = RecordWriter(self._file)
-        if not self._file.tell():
-            self._write(Event(wall_time=time.time(), file_version="brain.Event:2"))
-            self.flush()
+        with closed_on_error(self._file):
+            if not self._file.tell():
+                self._write(Event(wall_time=time.time(), file_version="brain.Event:2"))
+                self.flush()
 
     def add_scalar(self, tag: str, scalar_value: float, global_step: int) -> None:
         """Write one figure.

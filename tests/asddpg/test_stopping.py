@@ -1,0 +1,96 @@
+"""Ctrl-C and SIGTERM finish the step, keep everything and say how to go on."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+from asddpg import train
+from asddpg.training_states import TrainingStates
+from tests.asddpg.runs import QUICK, assert_same_run, at_step, interrupt, newest_state
+
+PATIENCE = 300.0  # s
+
+
+def wait_for_rows(run: Path, process: subprocess.Popen[str]) -> None:
+    """Until an episode is over."""
+    end = time.monotonic() + PATIENCE
+    metrics = run / "metrics.csv"
+    while not metrics.is_file() or metrics.read_bytes().count(b"\n") < 2:
+        assert process.poll() is None, "it has ended before it was to be stopped"
+        assert time.monotonic() < end
+        time.sleep(0.005)
+
+
+@pytest.fixture(scope="module")
+def unbroken(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    run = tmp_path_factory.mktemp("unbroken") / "run"
+    train.main([*QUICK, f"run_dir={run}"])
+    return run
+
+
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
+def test_a_signal_keeps_everything(number: signal.Signals, status: int, unbroken: Path, tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    words = [sys.executable, "-m", "asddpg.train", *QUICK, f"run_dir={run}"]
+    process = subprocess.Popen(words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+    wait_for_rows(run, process)
+    process.send_signal(number)
+    said = process.communicate(timeout=PATIENCE)[1]
+    assert process.returncode == status
+    assert said.splitlines()[-1] == f"stopped; to go on: python -m asddpg.train resume={run}"
+    assert "Traceback" not in said
+    assert not list(run.rglob("*.part"))
+    assert 0 < newest_state(run)["step"] < 240
+    train.main([f"resume={run}"])
+    assert_same_run(unbroken, run)
+
+
+def test_a_second_signal_stops_at_once(
+    unbroken: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def twice() -> None:
+        interrupt()
+        interrupt()
+
+    run = tmp_path / "run"
+    with monkeypatch.context() as patch:
+        at_step(patch, 125, twice)
+        with pytest.raises(KeyboardInterrupt):
+            train.main([*QUICK, f"run_dir={run}"])
+    assert newest_state(run)["step"] == 100
+    assert f"can go on from its last checkpoint: python -m asddpg.train resume={run}" in capsys.readouterr().err
+    train.main([f"resume={run}"])
+    assert_same_run(unbroken, run)
+
+
+def test_a_second_signal_while_a_checkpoint_is_written(
+    unbroken: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real = TrainingStates.write
+
+    def write(self: TrainingStates, step: int, state: dict[str, object]) -> None:
+        if step == 125:
+            monkeypatch.setattr("asddpg.state_files.to_disk", lambda _: os.kill(os.getpid(), signal.SIGTERM))
+        real(self, step, state)
+
+    run = tmp_path / "run"
+    at_step(monkeypatch, 125, interrupt)
+    monkeypatch.setattr(TrainingStates, "write", write)
+    with pytest.raises(SystemExit) as ended:
+        train.main([*QUICK, f"run_dir={run}"])
+    assert ended.value.code == 143
+    monkeypatch.undo()
+    assert sorted(path.name for path in (run / "resume").iterdir()) == ["step_00000050", "step_00000100"]
+    train.main([f"resume={run}"])
+    assert_same_run(unbroken, run)
+
+
+def test_signals_are_as_before_when_the_training_is_over(tmp_path: Path) -> None:
+    before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
+    train.main([*QUICK, "total_steps=50", f"run_dir={tmp_path / 'run'}"])
+    assert before == [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
