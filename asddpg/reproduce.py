@@ -6,7 +6,7 @@ controller is code of its own wants it named: controller.type=package.module:Fac
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any, SupportsFloat
+from typing import SupportsFloat
 
 from asddpg import breakdown
 from asddpg.build import make_agent, make_environment, prepare_torch
@@ -17,7 +17,7 @@ from asddpg.resumable import ResumableEpisodes
 from asddpg.run_folder import RunFolder, read_training
 from asddpg.strangers import CONTROLLER, check_links, controller_named_in
 from asddpg.training_states import TrainingStates
-from asddpg.types import Episode, Observation, Step
+from asddpg.types import Step, Watcher
 
 
 def main(words: Sequence[str]) -> None:
@@ -54,39 +54,27 @@ def _read(dump: Path) -> tuple[int, str]:
         raise UserError(f"{dump} is not the folder of a breakdown: no {breakdown.WHAT} can be read there") from error
 
 
-class _WeightsCheck:
+class _WeightsCheck(Watcher):
     """Watches, and looks at the weights after the step that broke, as the training did when it wrote a checkpoint."""
 
     def __init__(self, episodes: ResumableEpisodes, step: int) -> None:
         self._episodes, self._step = episodes, step
-
-    def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
-        """Nothing to look at."""
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
         """Look at them, if it is the step."""
         if self._episodes.step == self._step:
             self._episodes.check_weights()
 
-    def end_episode(self, episode: Episode) -> None:
-        """Nothing to look at."""
 
-
-class LastStep:
+class LastStep(Watcher):
     """Watches, and keeps the last step that was finished."""
 
     def __init__(self) -> None:
         self._seen: tuple[Step, Mapping[str, SupportsFloat]] | None = None
 
-    def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
-        """Nothing to keep."""
-
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
         """Keep it."""
         self._seen = (step, learned)
-
-    def end_episode(self, episode: Episode) -> None:
-        """Nothing to keep."""
 
     def as_text(self) -> str:
         """What it was."""

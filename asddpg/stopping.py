@@ -4,9 +4,9 @@ import signal
 import sys
 from collections.abc import Mapping
 from types import FrameType
-from typing import Any, Self, SupportsFloat
+from typing import Self, SupportsFloat
 
-from asddpg.types import Episode, Observation, Step
+from asddpg.types import Step, Watcher
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM)
 
@@ -46,19 +46,13 @@ class StopSignals:
         sys.exit(128 + number)
 
 
-class StopBetweenSteps:
+class StopBetweenSteps(Watcher):
     """Watches, and ends by an exception where a signal has come; for episodes of which nothing is kept."""
 
     def __init__(self, signals: StopSignals) -> None:
         self._signals = signals
 
-    def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
-        """Nothing to do."""
-
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
         """End here, if asked to."""
         if self._signals.number:
             raise Stopped(self._signals.number)
-
-    def end_episode(self, episode: Episode) -> None:
-        """Nothing to do."""

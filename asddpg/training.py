@@ -28,7 +28,7 @@ from asddpg.run_folder import RunFolder
 from asddpg.run_lock import RunLock
 from asddpg.stopping import StopBetweenSteps, Stopped, StopSignals
 from asddpg.training_states import TrainingStates
-from asddpg.types import Episode, Observation, Observer, Step
+from asddpg.types import Observer, Step, Watcher
 from tasks.fresh_pairs import stored_pairs
 
 
@@ -215,18 +215,12 @@ class Training:
         checkpoint.save(self._folder.checkpoint("last"), agent, step)
 
 
-class _Checkpoints:
+class _Checkpoints(Watcher):
     """Watches, and has a checkpoint written after the step at which it is due."""
 
     def __init__(self, training: Training) -> None:
         self._training = training
 
-    def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
-        """Nothing to do."""
-
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
         """Write it, if it is due."""
         self._training.keep_if_due()
-
-    def end_episode(self, episode: Episode) -> None:
-        """Nothing to do."""

@@ -85,6 +85,19 @@ class Observer(Protocol):
         """The episode is over."""
 
 
+class Watcher:
+    """An observer that sees nothing worth doing: a base for those who watch for one thing."""
+
+    def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
+        """An episode begins."""
+
+    def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
+        """A step was made."""
+
+    def end_episode(self, episode: "Episode") -> None:
+        """The episode is over."""
+
+
 @dataclass(frozen=True)
 class Episode:
     """An episode in figures."""

@@ -6,7 +6,7 @@ from typing import Any, SupportsFloat
 
 import numpy as np
 
-from asddpg.types import Episode, Observation, Step
+from asddpg.types import Observation, Step, Watcher
 
 LOSSES = ("critic_loss", "switch_loss", "policy_loss")  # a TD error may be nan: of a driver who is not in the batch
 
@@ -15,7 +15,7 @@ class NotFiniteError(Exception):
     """A number of a training is NaN or infinite; the message says which."""
 
 
-class FiniteCheck:
+class FiniteCheck(Watcher):
     """Watches, and ends a training by an exception where a number is NaN or infinite."""
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
@@ -31,9 +31,6 @@ class FiniteCheck:
         for name in LOSSES:
             if name in learned and not math.isfinite(value := float(learned[name])):
                 raise NotFiniteError(f"{name} is {value}")
-
-    def end_episode(self, episode: Episode) -> None:
-        """Nothing to look at."""
 
 
 def _check(name: str, numbers: Observation) -> None:

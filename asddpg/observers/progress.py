@@ -1,15 +1,15 @@
 """The progress bar."""
 
 from collections.abc import Iterable, Mapping
-from typing import Any, SupportsFloat
+from typing import SupportsFloat
 
 from tqdm import tqdm
 
 from asddpg.observers.metrics_log import RecentEpisodes
-from asddpg.types import Driver, Episode, Observation, Step
+from asddpg.types import Driver, Episode, Step, Watcher
 
 
-class ProgressBar:
+class ProgressBar(Watcher):
     """Steps a second, time left, outcomes of the last 100 episodes, controller share of the last 1000 steps or so."""
 
     def __init__(self, total_steps: int, steps: int = 0, outcomes: Iterable[str] = ()) -> None:
@@ -19,9 +19,6 @@ class ProgressBar:
         )
         self._recent = RecentEpisodes(outcomes)
         self._share = 0.0
-
-    def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
-        """Nothing to show."""
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
         """Move on by one."""
@@ -47,17 +44,11 @@ class ProgressBar:
         self._bar.close()
 
 
-class EpisodeBar:
+class EpisodeBar(Watcher):
     """Counts episodes of an evaluation."""
 
     def __init__(self, total_episodes: int) -> None:
         self._bar = tqdm(total=total_episodes, unit=" episodes", leave=False)
-
-    def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
-        """Nothing to show."""
-
-    def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
-        """Nothing to show."""
 
     def end_episode(self, episode: Episode) -> None:
         """Move on by one."""
