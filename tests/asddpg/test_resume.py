@@ -96,11 +96,10 @@ def test_stopped_again_and_again_it_comes_out_the_same(unbroken: Unbroken, kind:
 
 
 def test_stopped_while_an_episode_is_driven_again(unbroken: Unbroken, tmp_path: Path) -> None:
-    run, end = tmp_path / "run", ends_of_episodes(unbroken("default"))[3]
-    stopped([*QUICK, f"run_dir={run}"], end - 2)
-    kept = newest_state(run)
-    stopped([f"resume={run}"], end - 5)  # which lies before the checkpoint
-    assert newest_state(run)["step"] == kept["step"]
+    run, end = tmp_path / "run", ends_of_episodes(unbroken("default"))[0]
+    stopped([*QUICK, f"run_dir={run}"], end + 5)
+    stopped([f"resume={run}"], end + 2)  # which lies before the checkpoint: the agent is ahead of it
+    assert [path.name for path in (run / "resume").iterdir()] == [f"step_{end + 5:08d}"]
     train.main([f"resume={run}"])
     assert_same_run(unbroken("default"), run)
 
@@ -179,7 +178,7 @@ def test_what_was_recorded_and_kept_is_the_same(tmp_path: Path) -> None:
     """Only the newest recordings are kept, and those of before the resume are among them."""
     words = [*QUICK, "record.every=1", "record.keep=3", "validation.every=0", "test_episodes=0"]
     train.main([*words, f"run_dir={tmp_path / 'one'}"])
-    stopped([*words, f"run_dir={tmp_path / 'other'}"], 225)
+    stopped([*words, f"run_dir={tmp_path / 'other'}"], 165)
     train.main([f"resume={tmp_path / 'other'}"])
     assert len(list((tmp_path / "one/episodes").iterdir())) == 3
     assert_same_recordings(tmp_path / "one/episodes", tmp_path / "other/episodes")
@@ -191,10 +190,11 @@ def test_what_was_recorded_and_kept_is_the_same(tmp_path: Path) -> None:
 @pytest.mark.parametrize("is_over", [False, True])
 def test_total_steps_may_be_raised(is_over: bool, tmp_path: Path) -> None:
     run = tmp_path / "run"
+    words = [*QUICK, "total_steps=230", "checkpoint_every=46", "validation.every=115"]  # with both at the very end
     if is_over:
-        train.main([*QUICK, f"run_dir={run}"])
+        train.main([*words, f"run_dir={run}"])
     else:
-        stopped([*QUICK, f"run_dir={run}"], 125)
+        stopped([*words, f"run_dir={run}"], 125)
     train.main([f"resume={run}", "total_steps=300"])
     rows = rows_of(run / "metrics.csv")
     assert sum(int(row["steps"]) for row in rows) == int(rows[-1]["step"]) == 300
@@ -202,32 +202,34 @@ def test_total_steps_may_be_raised(is_over: bool, tmp_path: Path) -> None:
     assert "cut" not in [row["outcome"] for row in rows[:-1]]
     config = yaml.safe_load((run / "config.yaml").read_text())
     assert config["total_steps"] == 300
-    assert config["made_with"]["prolonged"] == f"from 240 to 300 at step {240 if is_over else 125}"
+    assert config["made_with"]["prolonged"] == f"from 230 to 300 at step {230 if is_over else 125}"
     validated = [int(row["step"]) for row in rows_of(run / "validation.csv")]
     assert sorted(path.name for path in run.glob("checkpoints/step_*")) == [f"step_{step:08d}" for step in validated]
-    best = torch.load(run / "checkpoints/best/agent.pt", weights_only=True)["step"]
-    assert best in validated
+    assert step_of_best(run) in validated
     assert (run / "test.json").exists()
     for figures in scalars(run).values():
         assert len({step for step, _ in figures}) == len(figures)
 
 
+def step_of_best(run: Path) -> int:
+    return int(torch.load(run / "checkpoints/best/agent.pt", weights_only=True)["step"])
+
+
 def test_the_best_weights_are_of_this_past_and_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Weights that a validation after the checkpoint found best belong to steps that are never made again."""
+    """Weights that a validation after the checkpoint found best are of steps that are made otherwise."""
     run = tmp_path / "run"
-    reached = {"rate": 1.0}
+    rates = [0.5, 1.0]
 
     def rated(*arguments: Any) -> Figures:
         figures = evaluate(*arguments)
-        return replace(figures, reach_rate=figures.reach_rate._replace(value=reached["rate"]))
+        return replace(figures, reach_rate=figures.reach_rate._replace(value=rates.pop(0) if rates else 0.0))
 
     monkeypatch.setattr(training, "evaluate", rated)
-    stopped([*QUICK, f"run_dir={run}"], 140, die)  # after the validation at step 100 and some
-    assert (run / "checkpoints/best/agent.pt").exists()
-    reached["rate"] = 0.0
+    stopped([*QUICK, f"run_dir={run}"], 239, die)  # the second validation lies after the checkpoint of step 200
+    first, second = (int(row["step"]) for row in rows_of(run / "validation.csv"))
+    assert first < 200 < second == step_of_best(run)
     train.main([f"resume={run}", "total_steps=250"])
-    best = torch.load(run / "checkpoints/best/agent.pt", weights_only=True)["step"]
-    assert best in [int(row["step"]) for row in rows_of(run / "validation.csv")]
+    assert step_of_best(run) == first
 
 
 @pytest.fixture(scope="module")
