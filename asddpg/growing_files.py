@@ -11,6 +11,8 @@ from asddpg.state_files import DamagedStateError, digest_of, to_disk
 # The only ones that are ever shortened or removed, whatever names a checkpoint holds.
 GROWING = ("metrics.csv", "timing.csv", "validation.csv", "steps.f32", "tensorboard/events.*")
 
+_ONLY_LOOKED_AT = ("timing.csv", "tensorboard/events.*")  # nothing is read back from them
+
 
 def lengths(run: Path) -> dict[str, dict[str, Any]]:
     """Bytes and SHA-256 of each growing file of a run, by its path in it; all are brought to the disk."""
@@ -22,7 +24,7 @@ def lengths(run: Path) -> dict[str, dict[str, Any]]:
 
 
 def check(run: Path, marks: Mapping[str, Mapping[str, Any]]) -> None:
-    """See that every file still begins as it was.
+    """See that every file still begins as it was; those that are only looked at may be gone or changed.
 
     Raises:
         DamagedStateError: one does not, or is no file of a run.
@@ -31,6 +33,8 @@ def check(run: Path, marks: Mapping[str, Mapping[str, Any]]) -> None:
         path = run / name
         if not any(_is_match(name, pattern) for pattern in GROWING) or path.is_symlink():
             raise DamagedStateError(f"{name} is no file that a training writes")
+        if any(_is_match(name, pattern) for pattern in _ONLY_LOOKED_AT):
+            continue
         if not path.is_file():
             raise DamagedStateError(f"{path}, which belongs to it, is missing")
         with path.open("rb") as file:
@@ -47,7 +51,7 @@ def take_back(run: Path, marks: Mapping[str, Mapping[str, Any]]) -> None:
             path.unlink()
         else:
             with path.open("r+b") as file:
-                file.truncate(mark["bytes"])
+                file.truncate(min(mark["bytes"], path.stat().st_size))
 
 
 def _present(run: Path) -> list[Path]:

@@ -70,6 +70,11 @@ class Redriven:
         """Begin an episode with steps; `caught_up` is called when the last has been made."""
         self._agent, self._steps, self._caught_up = agent, deque(steps), caught_up
 
+    @property
+    def num_left(self) -> int:
+        """Steps still to be made again."""
+        return len(self._steps)
+
     def begin_episode(self) -> None:
         """The agent has begun it long since, if there are steps."""
         if not self._steps:

@@ -9,13 +9,14 @@ from pathlib import Path
 from typing import SupportsFloat
 
 from asddpg import breakdown
-from asddpg.build import make_agent, make_environment, prepare_torch
+from asddpg.build import check_device, make_agent, make_environment, prepare_torch
 from asddpg.errors import Breakdown, UserError
 from asddpg.observers.finite_check import FiniteCheck
 from asddpg.program import run
 from asddpg.resumable import ResumableEpisodes
 from asddpg.run_folder import RunFolder, read_training
 from asddpg.strangers import CONTROLLER, check_links, controller_named_in
+from asddpg.training import validate
 from asddpg.training_states import TrainingStates
 from asddpg.types import Step, Watcher
 
@@ -27,27 +28,32 @@ def main(words: Sequence[str]) -> None:
         raise UserError("one folder is wanted, that of a breakdown: runs/<run>/breakdown_<step>")
     dump = Path(folders[0])
     check_links(dump)
-    step, what = _read(dump)
+    trouble = _read(dump)
     config, _ = read_training(RunFolder(dump).config, controller_named_in(words))
+    check_device(config.device)
     prepare_torch()
     environment = make_environment(config.task, config.reward)
-    episodes = ResumableEpisodes(environment, make_agent(config, environment), config.seed, print)
+    agent = make_agent(config, environment)
+    episodes = ResumableEpisodes(environment, agent, config.seed, print)
     state, _ = TrainingStates(RunFolder(dump).training_states).newest(lambda _: None)
     if state is not None:
         episodes.load_state(state["episodes"])
     last = LastStep()
-    print(f"it was: after step {step} {what}\ndriving from step {episodes.step}", flush=True)
+    print(f"it was: after step {trouble.step} {trouble.what}\ndriving from step {episodes.step}", flush=True)
+    end = trouble.step if trouble.in_validation else trouble.step + 1
     try:
-        while episodes.step <= step and episodes.steps < config.total_steps:
+        while episodes.step < min(end, config.total_steps):
             most = config.total_steps - episodes.steps  # as in the training: its last episode is cut there
-            episodes.drive_episode([last, FiniteCheck(), _WeightsCheck(episodes, step)], max_steps=most)
+            episodes.drive_episode([last, FiniteCheck(), _WeightsCheck(episodes, trouble.step)], max_steps=most)
+        if trouble.in_validation:
+            validate(make_environment(config.task, config.reward), agent, config)
     except breakdown.CAUSES as error:
         print(f"again: after step {episodes.step} {breakdown.what_of(error)}\n{last.as_text()}")
         return
-    raise Breakdown(f"step {step} has passed, and nothing broke: another machine, or other versions")
+    raise Breakdown(f"step {trouble.step} has passed, and nothing broke: another machine, or other versions")
 
 
-def _read(dump: Path) -> tuple[int, str]:
+def _read(dump: Path) -> breakdown.Trouble:
     try:
         return breakdown.read(dump)
     except (OSError, ValueError, KeyError, TypeError) as error:

@@ -7,6 +7,7 @@ import gymnasium
 
 from asddpg.agent import AsDDPG
 from asddpg.build import watched
+from asddpg.errors import UserError
 from asddpg.history import History, Redriven, Remembered, remembered
 from asddpg.loop import run_episode
 from asddpg.observers.finite_check import NotFiniteError
@@ -49,9 +50,12 @@ class ResumableEpisodes:
     def drive_episode(self, observers: Sequence[Observer], max_steps: int) -> Episode:
         """Drive the next episode, or the one in progress from its beginning, to its end or for `max_steps`."""
         self._randomness = self._core.random_state()
-        driver: Agent = Redriven(self._agent, self._to_redrive, self._compare) if self._to_redrive else self._agent
+        redriven = Redriven(self._agent, self._to_redrive, self._compare)
+        driver: Agent = redriven if self._to_redrive else self._agent
         episode = run_episode(self._environment, driver, [self._history, *observers], max_steps=max_steps)
         self._to_redrive = ()
+        if redriven.num_left:
+            self._tell_difference()
         self.steps += episode.steps
         self.episodes += 1
         return episode
@@ -81,17 +85,23 @@ class ResumableEpisodes:
         """Take up what state() gave.
 
         Raises:
-            KeyError, RuntimeError, ValueError: it is of another agent.
+            UserError: it is of another agent.
         """
-        self.steps, self.episodes = state["steps"], state["episodes"]
-        self._core.set_random_state(state["randomness"])
-        self._to_redrive = remembered(state["history"])
-        self._digest = state["digest"]
-        self._agent.load_state(state["agent"])
+        try:
+            self.steps, self.episodes = state["steps"], state["episodes"]
+            self._core.set_random_state(state["randomness"])
+            self._to_redrive = remembered(state["history"])
+            self._digest = state["digest"]
+            self._agent.load_state(state["agent"])
+        except (LookupError, RuntimeError, TypeError, ValueError, AttributeError) as error:
+            raise UserError(f"the checkpoint of the run does not fit its config.yaml: {error}") from error
 
     def _compare(self) -> None:
         if state_digest(self._core.physics.data.ptr) != self._digest:
-            self._say(
-                "note: the episode in progress, driven again, did not come out the same to the last bit: "
-                "another machine or other versions; the training goes on, and will not be the unbroken one's"
-            )
+            self._tell_difference()
+
+    def _tell_difference(self) -> None:
+        self._say(
+            "note: the episode in progress, driven again, did not come out the same to the last bit: "
+            "another machine or other versions; the training goes on, and will not be the unbroken one's"
+        )

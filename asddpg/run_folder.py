@@ -18,7 +18,8 @@ from asddpg.strangers import OURS, beginning_of, check_controller, check_links, 
 from asddpg.whole_files import write_whole
 from tasks import ALL_TASKS
 
-PROLONGED = "prolonged"  # in `made_with`: from how many steps to how many, and when
+# In `made_with`: from how many steps to how many, and when; and with what else than it began with it went on, and when.
+PROLONGED, RESUMED = "prolonged", "resumed"
 
 
 @dataclass(frozen=True)

@@ -20,13 +20,15 @@ from safetensors import SafetensorError
 from safetensors.torch import load_file
 from safetensors.torch import save as serialised
 
+from asddpg.strangers import check_packed
+
 STATE, ARRAYS, TENSORS, SUMS = "state.json", "arrays.npz", "weights.safetensors", "SHA256SUMS"
 _MOST_INLINE = 512  # numbers of an array that stands in state.json
 # Keys of what stands for an array in the tree, and for a mapping that has such keys itself.
 _INLINE, _ARRAY, _TENSOR, _MAPPING = "inline array", "array", "tensor", "mapping"
 _MARKERS = frozenset((_INLINE, _ARRAY, _TENSOR, _MAPPING))
 # What files lead to that have right checksums and yet are none of write()'s.
-_NONSENSE = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RuntimeError, EOFError, MemoryError)
+NONSENSE = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RuntimeError, EOFError, MemoryError)
 
 
 class DamagedStateError(Exception):
@@ -72,9 +74,11 @@ def read(folder: Path) -> dict[str, Any]:
             raise DamagedStateError(f"{_differing(folder, sums)} does not have the checksum in {SUMS}")
         tree = json.loads((folder / STATE).read_text(encoding="utf-8"))
         tensors = load_file(folder / TENSORS)
-        with np.load(folder / ARRAYS, allow_pickle=False) as arrays:
-            whole: dict[str, Any] = _restored(tree, arrays, tensors)
-    except (SafetensorError, zipfile.BadZipFile, *_NONSENSE) as error:
+        check_packed(folder / ARRAYS, largest=(folder / ARRAYS).stat().st_size)  # written unpacked
+        with np.load(folder / ARRAYS, allow_pickle=False) as archive:
+            arrays = dict(archive)  # each once, however often it is named
+        whole: dict[str, Any] = _restored(tree, arrays, tensors)
+    except (SafetensorError, zipfile.BadZipFile, *NONSENSE) as error:
         raise DamagedStateError(f"it cannot be read: {error}") from error
     if not isinstance(whole, dict):
         raise DamagedStateError(f"{STATE} holds no mapping")

@@ -1,14 +1,13 @@
 """Stopping a training by a signal: the step is finished first."""
 
 import signal
-import sys
 from collections.abc import Mapping
 from types import FrameType
 from typing import Self, SupportsFloat
 
 from asddpg.types import Step, Watcher
 
-_SIGNALS = (signal.SIGINT, signal.SIGTERM)
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # Ctrl-C, a scheduler, a terminal that is closed
 
 
 class Stopped(Exception):  # noqa: N818  # it is no error
@@ -21,29 +20,31 @@ class Stopped(Exception):  # noqa: N818  # it is no error
 
 
 class StopSignals:
-    """Notes the first SIGINT or SIGTERM; the second one stops at once."""
+    """Notes the first signal; a SIGINT after it stops at once.
+
+    Other signals after the first are nothing new: a program under `make`, or in a process group that is ended, may be
+    told twice.
+    """
 
     def __init__(self) -> None:
         self.number = 0  # of the signal that came
 
     def __enter__(self) -> Self:
-        self._before = {number: signal.signal(number, self._note) for number in _SIGNALS}
+        # What is ignored stays so, such as SIGHUP under nohup.
+        before = {number: signal.getsignal(number) for number in _SIGNALS}
+        self._before = {number: handler for number, handler in before.items() if handler != signal.SIG_IGN}
+        for number in self._before:
+            signal.signal(number, self._note)
         return self
 
     def __exit__(self, *_: object) -> None:
         for number, handler in self._before.items():
             signal.signal(number, handler)
 
-    def _note(self, number: int, frame: FrameType | None) -> None:
-        self.number = number
-        for each in _SIGNALS:
-            signal.signal(each, self._at_once)
-
-    @staticmethod
-    def _at_once(number: int, _: FrameType | None) -> None:
-        if number == signal.SIGINT:
+    def _note(self, number: int, _: FrameType | None) -> None:
+        if self.number and number == signal.SIGINT:
             raise KeyboardInterrupt
-        sys.exit(128 + number)
+        self.number = self.number or number
 
 
 class StopBetweenSteps(Watcher):

@@ -1,6 +1,7 @@
 """What files that somebody else wrote may not do: run code, lead elsewhere, read the environment, take all memory."""
 
 import os
+import shlex
 import zipfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -81,6 +82,12 @@ def check_controller(config: TrainConfig, named: str | None, title: str) -> None
 def controller_named_in(words: Sequence[str]) -> str:
     """The controller that a user has named among the words of a command line; OURS if none."""
     return next((word.removeprefix(CONTROLLER) for word in words if word.startswith(CONTROLLER)), OURS)
+
+
+def naming(config: TrainConfig) -> str:
+    """What a command line that makes a configuration's agent needs besides, with a space before it; often nothing."""
+    kind = config.controller.type
+    return "" if kind in CONTROLLERS else f" {CONTROLLER}{shlex.quote(kind)}"
 
 
 def check_links(folder: Path) -> None:

@@ -38,6 +38,12 @@ def take_back(folder: RunFolder, state: Mapping[str, Any] | None) -> None:
     TrainingStates(folder.training_states).forget_after(step)
 
 
+def set_end_aside(folder: RunFolder, steps: int) -> None:
+    """Keep, under the name of its step, the test of a run that is prolonged after its end."""
+    if folder.test.exists():
+        folder.test.replace(folder.test.with_name(f"test_step_{steps:08d}.json"))
+
+
 def _episode_of(recording: Path) -> int:
     """Number of the episode in a recording's name, <step>_<episode>_<outcome>.mcap; 0 for other names."""
     parts = recording.name.split(".")[0].split("_")

@@ -3,14 +3,15 @@
 A training that was stopped goes on with `python -m asddpg.train resume=<run_dir>`; total_steps= may be raised with it.
 """
 
+import csv
 import dataclasses
 import platform
 import resource
+import shlex
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from contextlib import ExitStack
 from importlib import metadata
-from typing import Any
 
 import gymnasium
 
@@ -19,19 +20,18 @@ from asddpg.agent import AsDDPG
 from asddpg.build import check_device, make_agent, make_cameras, make_environment, prepare_torch, watched
 from asddpg.compose import GROUPS, option_names, resumed_config, train_config
 from asddpg.config import TrainConfig
-from asddpg.controllers import CONTROLLERS
 from asddpg.drivers import actor_alone
 from asddpg.errors import UserError
 from asddpg.evaluation import Figures, evaluate, table
 from asddpg.growing_files import check as check_files
 from asddpg.observers.metrics_log import rows_of
 from asddpg.program import python, run
-from asddpg.recording.cameras import Cameras
 from asddpg.recording.how_to_open import how_to_watch
 from asddpg.recording.live import LiveView
 from asddpg.recording.recorder import Provenance
 from asddpg.run_folder import (
     PROLONGED,
+    RESUMED,
     RunFolder,
     config_text,
     new_run_folder,
@@ -42,8 +42,8 @@ from asddpg.run_folder import (
 )
 from asddpg.run_lock import RunLock
 from asddpg.stopping import Stopped
-from asddpg.strangers import CONTROLLER, controller_named_in
-from asddpg.taking_back import take_back
+from asddpg.strangers import controller_named_in, naming
+from asddpg.taking_back import set_end_aside, take_back
 from asddpg.training import Parts, Training
 from asddpg.training_states import TrainingStates
 from tasks.fresh_pairs import stored_pairs
@@ -69,14 +69,15 @@ def begin(words: Sequence[str]) -> None:
     config = train_config(words)
     check_device(config.device)
     folder = new_run_folder(config)
-    made = _make(config)
-    made_with = versions() | {"model_hash": hash_of(made.environment)}
+    parts = _make(config)
+    made_with = made_now(parts.environment)
     folder.create()
     settings = config_text(dataclasses.asdict(config), made_with)
     with RunLock(folder.path) as lock:
         write_text(folder.config, settings)
         print(f"training {config.agent.name} on {config.task.name}, {config.total_steps} steps, in {folder.path}")
-        _train(made, folder, lock, settings, made_with, None)
+        training = Training(parts, folder, lock, provenance_of(config, settings, made_with))
+        _run(training, parts, folder, made_with)
 
 
 def resume(path: str, words: Sequence[str]) -> None:
@@ -94,89 +95,75 @@ def resume(path: str, words: Sequence[str]) -> None:
         state, damaged = states.newest(lambda each: check_files(folder.path, each["files"]))
         if state is None:
             _check_not_begun(folder, stored)
-        made = _make(config)
-        _tell_differences(made_with, versions() | {"model_hash": hash_of(made.environment)})
         for sentence in damaged:
             print(f"note: {sentence}; the one before it is taken")
-        take_back(folder, state)
+        parts = _make(config)
         step = state["step"] if state else 0
-        if config.total_steps != stored.total_steps:
-            made_with |= {PROLONGED: f"from {stored.total_steps} to {config.total_steps} at step {step}"}
-            print("note: what changes over a training (noise, withdrawal, annealing) spans the new length from here on")
+        made_with = _made_further(stored, made_with, config, made_now(parts.environment), step)
         settings = config_text(dataclasses.asdict(config), made_with)
+        # First of all, and before anything is changed: it sees whether the checkpoint fits.
+        training = Training(parts, folder, lock, provenance_of(config, settings, made_with), state)
+        if config.total_steps != stored.total_steps:
+            set_end_aside(folder, stored.total_steps)
+        take_back(folder, state)
         write_text(folder.config, settings)
         print(f"going on with {path} at step {step} of {config.total_steps}")
-        _train(made, folder, lock, settings, made_with, state)
+        if state is not None:
+            state.clear()  # the replay buffer would be held twice to the end
+        _run(training, parts, folder, made_with)
 
 
-@dataclasses.dataclass(frozen=True)
-class _Made:
-    """What is made before anything is written."""
+def _made_further(
+    stored: TrainConfig, made_with: dict[str, str], config: TrainConfig, now: dict[str, str], step: int
+) -> dict[str, str]:
+    """What a run that goes on was made with: what it began with, and what has changed since."""
+    changes = [f"{name} {value}" for name, value in now.items() if made_with.get(name) != value]
+    if changes:
+        made_with = _noted(made_with, RESUMED, f"at step {step} with {', '.join(changes)}")
+        print(f"note: it goes on with {', '.join(changes)}, and so not as the unbroken one would have")
+    if config.total_steps != stored.total_steps:
+        made_with = _noted(made_with, PROLONGED, f"from {stored.total_steps} to {config.total_steps} at step {step}")
+        print("note: what changes over a training (noise, withdrawal, annealing) spans the new length from here on")
+    return made_with
 
-    config: TrainConfig
-    environment: gymnasium.Env
-    agent: AsDDPG
-    cameras: Cameras | None
-    live: LiveView | None
+
+def _noted(made_with: dict[str, str], name: str, what: str) -> dict[str, str]:
+    before = made_with.get(name, "")
+    return made_with | {name: before if what in before else f"{before}; {what}".removeprefix("; ")}
 
 
-def _make(config: TrainConfig) -> _Made:
+def _make(config: TrainConfig) -> Parts:
     prepare_torch()
     environment = make_environment(config.task, config.reward)
     agent = make_agent(config, environment)
     cameras = make_cameras(config.record, watched(environment))
     live = LiveView(watched(environment), config.port, config.speed) if config.live else None
-    return _Made(config, environment, agent, cameras, live)
+    return Parts(config, environment, agent, cameras, live)
 
 
-def _train(
-    made: _Made,
-    folder: RunFolder,
-    lock: RunLock,
-    settings: str,
-    made_with: dict[str, str],
-    state: dict[str, Any] | None,
-) -> None:
-    config = made.config
-    provenance = provenance_of(config, settings, made_with)
-    parts = Parts(config, folder, lock, made.environment, made.agent, provenance, made.cameras, made.live)
-    own = "" if config.controller.type in CONTROLLERS else f" {CONTROLLER}{config.controller.type}"
-    again = f"{python()} -m asddpg.train resume={folder.path}{own}"
-    if made.live is not None:
-        print(how_to_watch(made.live.port))
+def _run(training: Training, parts: Parts, folder: RunFolder, made_with: dict[str, str]) -> None:
+    """Train, test, and say how to go on where it is stopped."""
+    again = f"{python()} -m asddpg.train {RESUME}{shlex.quote(str(folder.path))}{naming(parts.config)}"
     try:
         with ExitStack() as closing:
-            if made.live is not None:
-                closing.callback(made.live.close)
-            training = _training(parts, state)
+            if parts.live is not None:
+                closing.callback(parts.live.close)
+                print(how_to_watch(parts.live.port))
             training.run()
-        _finish(made, folder, made_with, training.seconds)
+        _finish(parts, folder, made_with, training.seconds)
     except Stopped as stopped:
         print(f"stopped after step {training.step}; to go on: {again}", file=sys.stderr)
         sys.exit(stopped.status)
     except (KeyboardInterrupt, OSError, SystemExit) as error:
-        if isinstance(error, OSError) and not error.filename:  # of a write that failed
-            error.filename = str(folder.path)
         print(f"the training can go on from its last checkpoint: {again}", file=sys.stderr)
+        if isinstance(error, OSError):
+            error.filename = error.filename or str(folder.path)  # writing to an open file names none
         raise
-
-
-def _training(parts: Parts, state: dict[str, Any] | None) -> Training:
-    try:
-        training = Training(parts, state)
-    except (LookupError, RuntimeError, TypeError, ValueError, AttributeError) as error:
-        if state is None:
-            raise
-        raise UserError(f"the checkpoint of {parts.folder.path} does not fit its config.yaml: {error}") from error
-    if state is not None:
-        state.clear()  # the replay buffer would be held twice to the end
-    return training
 
 
 def _check_not_begun(folder: RunFolder, config: TrainConfig) -> None:
     """Without a checkpoint a run begins anew, but only where there never was one: what it holds would be lost."""
-    rows = rows_of(folder.metrics)
-    step = int(rows[-1]["step"]) if rows else 0
+    step = _last_step(folder)
     if folder.resources.exists() or 0 < config.checkpoint_every <= step:
         raise UserError(
             f"the run {folder.path} has come to step {step}, and there is no checkpoint in {folder.training_states} "
@@ -184,25 +171,27 @@ def _check_not_begun(folder: RunFolder, config: TrainConfig) -> None:
         )
 
 
-def _finish(made: _Made, folder: RunFolder, made_with: dict[str, str], seconds: float) -> None:
-    config = made.config
+def _last_step(folder: RunFolder) -> int:
+    """Of what is logged; 0 where nothing is, or nothing that can be read, as after a power cut."""
+    try:
+        rows = rows_of(folder.metrics)
+        return int(rows[-1]["step"]) if rows else 0
+    except (csv.Error, ValueError, TypeError, KeyError):
+        return 0
+
+
+def _finish(parts: Parts, folder: RunFolder, made_with: dict[str, str], seconds: float) -> None:
+    config = parts.config
     if config.test_episodes:
-        tested = test(config, folder, made.environment, made.agent)
+        tested = test(config, folder, parts.environment, parts.agent)
         contents = {name: figures.as_dict() for name, figures in tested.items()}
         write_json(folder.test, {"task": config.task.name, "set": "test", "driver": "actor", **contents, **made_with})
         print(f"actor alone on {config.test_episodes} stored test pairs:\n{table(tested)}")
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # kB on Linux
     write_json(folder.resources, {"training_seconds": round(seconds, 1), "peak_memory_mb": round(peak, 1)})
     print(f"{config.total_steps / seconds:.0f} steps/s, peak memory {peak:.0f} MB")
-    print(f"the run lies in {folder.path}; evaluate it: {python()} -m asddpg.evaluate run={folder.path}")
-
-
-def _tell_differences(before: Mapping[str, str], now: Mapping[str, str]) -> None:
-    different = [
-        f"{name} was {before.get(name)} and is {value}" for name, value in now.items() if before.get(name) != value
-    ]
-    if different:
-        print(f"note: {', '.join(different)}; the training goes on, but not as the unbroken one would have")
+    where = shlex.quote(str(folder.path))
+    print(f"the run lies in {folder.path}; evaluate it: {python()} -m asddpg.evaluate run={where}{naming(config)}")
 
 
 def test(config: TrainConfig, folder: RunFolder, environment: gymnasium.Env, agent: AsDDPG) -> dict[str, Figures]:
@@ -218,6 +207,11 @@ def test(config: TrainConfig, folder: RunFolder, environment: gymnasium.Env, age
 def versions() -> dict[str, str]:
     """Versions of what makes a result."""
     return {"python": platform.python_version(), **{name: metadata.version(name) for name in PACKAGES}}
+
+
+def made_now(environment: gymnasium.Env) -> dict[str, str]:
+    """What a run is made with that begins, or goes on, now: versions, and the hash of its scene."""
+    return versions() | {"model_hash": hash_of(environment)}
 
 
 def provenance_of(config: TrainConfig, settings: str, made_with: dict[str, str], **more: str) -> Provenance:

@@ -1,6 +1,6 @@
 """A training: episodes until the steps are used up, validations and checkpoints between them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any, SupportsFloat
@@ -13,8 +13,7 @@ from asddpg.agent import AsDDPG
 from asddpg.build import make_environment, watched
 from asddpg.config import TrainConfig
 from asddpg.drivers import actor_alone
-from asddpg.errors import Breakdown
-from asddpg.evaluation import evaluate
+from asddpg.evaluation import Figures, evaluate
 from asddpg.observers.finite_check import FiniteCheck
 from asddpg.observers.metrics_log import MetricsLog, rows_of
 from asddpg.observers.progress import ProgressBar
@@ -27,6 +26,7 @@ from asddpg.resumable import ResumableEpisodes
 from asddpg.run_folder import RunFolder
 from asddpg.run_lock import RunLock
 from asddpg.stopping import StopBetweenSteps, Stopped, StopSignals
+from asddpg.strangers import naming
 from asddpg.training_states import TrainingStates
 from asddpg.types import Observer, Step, Watcher
 from tasks.fresh_pairs import stored_pairs
@@ -34,14 +34,11 @@ from tasks.fresh_pairs import stored_pairs
 
 @dataclass(frozen=True)
 class Parts:
-    """What a training is put together from."""
+    """What a training is put together from, all of it made before anything is written."""
 
     config: TrainConfig
-    folder: RunFolder
-    lock: RunLock
     environment: gymnasium.Env
     agent: AsDDPG
-    provenance: Provenance
     cameras: Cameras | None = None
     live: LiveView | None = None
 
@@ -49,13 +46,28 @@ class Parts:
 class Training:
     """From its beginning, or from where a checkpoint has it, to its end."""
 
-    def __init__(self, parts: Parts, state: Mapping[str, Any] | None = None) -> None:
-        """Begin a training, or go on from a state that TrainingStates gave.
+    def __init__(
+        self,
+        parts: Parts,
+        folder: RunFolder,
+        lock: RunLock,
+        provenance: Provenance,
+        state: Mapping[str, Any] | None = None,
+    ) -> None:
+        """Begin a training, or go on from a checkpoint; nothing is written yet.
+
+        Args:
+            parts: what it is put together from.
+            folder: the run's.
+            lock: of the folder.
+            provenance: for recordings.
+            state: of the checkpoint, as TrainingStates gave it.
 
         Raises:
-            KeyError, RuntimeError, ValueError: the state is of another training.
+            UserError: the checkpoint is of another agent.
         """
-        self._parts, self._config, self._folder = parts, parts.config, parts.folder
+        self._parts, self._config, self._folder = parts, parts.config, folder
+        self._lock, self._provenance = lock, provenance
         # A second one: validating must not disturb the episode in progress or the stream of its goals.
         self._validation_environment = make_environment(self._config.task, self._config.reward)
         self._states = TrainingStates(self._folder.training_states)
@@ -64,6 +76,7 @@ class Training:
         self._best: list[float] = []  # reach rate and metric, compared in this order
         self._kept = 0  # training step of the newest checkpoint
         self._bar: ProgressBar | None = None
+        self._is_validating = False
         if state is not None:
             self._episodes.load_state(state["episodes"])
             self._validations, self._seconds = state["validations"], state["seconds"]
@@ -92,9 +105,8 @@ class Training:
             try:
                 self._train_and_keep(observers, signals)
             except breakdown.CAUSES as error:
-                what = breakdown.what_of(error)
-                dump = breakdown.write(self._folder, self._states, self._episodes.step, what)
-                raise Breakdown(breakdown.sentence(dump, self._episodes.step, what)) from error
+                trouble = breakdown.Trouble(self.step, breakdown.what_of(error), self._is_validating)
+                raise breakdown.stopped(self._folder, self._states, trouble, naming(self._config)) from error
             if signals.number:
                 raise Stopped(signals.number)
         # Again: the process that wrote the last checkpoint may have been killed before it came to the weights.
@@ -115,6 +127,7 @@ class Training:
             self._validate_if_due(signals)
             if self._episodes.steps >= total:
                 return
+            self._lock.check()
             self._episodes.drive_episode(observers, max_steps=total - self._episodes.steps)
 
     # Who watches --------------------------------------------------------------------------------------------------
@@ -125,18 +138,19 @@ class Training:
 
         folder, parts, done = self._folder, self._parts, self._episodes
         self._tensorboard = ScalarEvents(folder.tensorboard, self._kept)
-        closing.callback(self._tensorboard.close)
+        _close(self._tensorboard.close, closing)
         outcomes = [row["outcome"] for row in rows_of(folder.metrics)]
         self._log = MetricsLog(folder.metrics, folder.timing, self._tensorboard, self._seconds)
-        closing.callback(self._log.close)
+        _close(self._log.close, closing)
         steps = StepLog(folder.step_rows, folder.steps, done.episodes)
-        closing.callback(steps.close)
+        _close(steps.close, closing)
         self._bar = ProgressBar(self._config.total_steps, done.steps, outcomes)
-        closing.callback(self._bar.close)
+        _close(self._bar.close, closing)
         recorder = self._recorder()
-        closing.callback(recorder.close)
+        _close(recorder.close, closing)
         observers: list[Observer] = [FiniteCheck(), self._log, steps, self._bar, recorder]
         if parts.live is not None:
+            parts.live.stops = lambda: signals.number != 0
             observers.append(parts.live)
         return [*observers, _Checkpoints(self), StopBetweenSteps(signals)]
 
@@ -145,7 +159,7 @@ class Training:
         return Recorder(
             self._folder.episodes,
             watched(parts.environment),
-            parts.provenance,
+            self._provenance,
             Selection(each(wanted.every), keep=wanted.keep),
             self._say,
             first_step=self._episodes.steps,
@@ -162,21 +176,23 @@ class Training:
         every = self._config.validation.every
         due = self._episodes.steps // every if every else 0
         if due > self._validations:
+            self._lock.check()
+            self._is_validating = True
             self._validate(StopBetweenSteps(signals))
-            self._validations = due
+            self._is_validating, self._validations = False, due
 
     def _validate(self, stopping: Observer) -> None:
         config, agent, step = self._config, self._parts.agent, self._episodes.steps
-        pairs = stored_pairs(config.task.name, "validation", config.task.goal_radius)[: config.validation.episodes]
-        environment, timestep = self._validation_environment, config.task.control_timestep
-        figures = evaluate(environment, actor_alone(agent), pairs, timestep, [stopping])
+        figures = validate(self._validation_environment, agent, config, [stopping])
         reach, crash, metric = (figures.reach_rate.value, figures.crash_rate.value, figures.metric.value)
         assert reach is not None
         assert crash is not None
         assert metric is not None
         row = {"step": step, "reach_rate": reach, "crash_rate": crash, "metric": metric}
         write_validation(self._folder.validation, self._tensorboard, row)
-        self._say(f"step {step}: actor alone reaches {reach:.2f}, crashes {crash:.2f} ({len(pairs)} validation pairs)")
+        self._say(
+            f"step {step}: actor alone reaches {reach:.2f}, crashes {crash:.2f} ({figures.episodes} validation pairs)"
+        )
         checkpoint.save(self._folder.checkpoint("last"), agent, step)
         if config.validation.snapshots:
             checkpoint.save(self._folder.snapshot(step), agent, step)
@@ -192,11 +208,14 @@ class Training:
         if every and self._episodes.step >= (self._kept // every + 1) * every:
             self._keep()
 
-    def _keep(self) -> None:
-        """Write a checkpoint, unless there is one of this step, or of a later one to which is being driven again."""
+    def _keep(self, is_end: bool = False) -> None:
+        """Write a checkpoint, unless there is one of this step, or of a later one to which is being driven again.
+
+        At the end it is written in any case: that of the last step does not have the validation after it.
+        """
         step, agent, best = self._episodes.step, self._parts.agent, self._folder.checkpoint("best")
-        self._parts.lock.check()
-        if step <= self._kept:
+        self._lock.check()
+        if step <= self._kept and not is_end:
             return
         self._tensorboard.flush()
         self._episodes.check_weights()
@@ -213,6 +232,27 @@ class Training:
         )
         self._kept = step
         checkpoint.save(self._folder.checkpoint("last"), agent, step)
+
+
+def _close(close: Callable[[], None], closing: ExitStack) -> None:
+    """Have something closed at the end; where it cannot be, that must not hide why the end has come."""
+
+    def leave(kind: type[BaseException] | None, *_: object) -> None:
+        try:
+            close()
+        except OSError:
+            if kind is None:
+                raise
+
+    closing.push(leave)
+
+
+def validate(
+    environment: gymnasium.Env, agent: AsDDPG, config: TrainConfig, observers: Sequence[Observer] = ()
+) -> Figures:
+    """Figures of the actor alone on the stored validation pairs."""
+    pairs = stored_pairs(config.task.name, "validation", config.task.goal_radius)[: config.validation.episodes]
+    return evaluate(environment, actor_alone(agent), pairs, config.task.control_timestep, observers)
 
 
 class _Checkpoints(Watcher):

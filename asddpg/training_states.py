@@ -7,7 +7,7 @@ from typing import Any
 
 from asddpg import state_files
 from asddpg.errors import UserError
-from asddpg.state_files import DamagedStateError
+from asddpg.state_files import NONSENSE, DamagedStateError
 
 FORMAT = "asddpg-training-1"
 KEPT = 2
@@ -63,7 +63,7 @@ class TrainingStates:
                 state = self._read(path)
                 check(state)
                 return state, damaged
-            except (DamagedStateError, OSError, LookupError, TypeError, AttributeError) as error:
+            except (DamagedStateError, OSError, *NONSENSE) as error:
                 damaged.append(f"the checkpoint {path} is damaged: {error}")
         if damaged:
             raise UserError(f"{'; '.join(damaged)}; there is no other one to go on from")

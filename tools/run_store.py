@@ -3,14 +3,15 @@
 So one run serves every group that asks for the same, and a run whose options have changed since serves none.
 """
 
-import shutil
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from asddpg.errors import UserError
-from asddpg.run_folder import PROLONGED, RunFolder, read_config
+from asddpg.run_folder import PROLONGED, RESUMED, RunFolder, read_config
+from asddpg.run_lock import RunLock
+from asddpg.train import versions
 
 Settings = dict[str, Any]
 SHOWN_DIFFERENCES = 3
@@ -28,14 +29,15 @@ class StoredRun:
 
 
 def stored_runs(folder: Path) -> list[StoredRun]:
-    """The finished runs in a folder; one whose configuration cannot be read counts as none, nor does a prolonged one.
+    """The finished runs in a folder, but for those whose configuration cannot be read, and prolonged ones.
 
-    The schedules of a prolonged run ended before it did: it is not what its options say.
+    The schedules of a prolonged run ended before it did, and one that went on in another scene or with other versions
+    is half of each: they are not what their options say.
     """
     runs = []
     for path in sorted(folder.glob("*/")):
         run = RunFolder(path)
-        if is_finished(run) and (read := _read(run)) and PROLONGED not in read[1]:
+        if is_finished(run) and (read := _read(run)) and is_of_a_piece(read[1]):
             runs.append(StoredRun(run, *read))
     return runs
 
@@ -51,7 +53,18 @@ def is_begun(path: Path, settings: Settings) -> bool:
     if not run.config.is_file() or is_finished(run):
         return False
     read = _read(run)
-    return read is not None and read[0] == settings and PROLONGED not in read[1]
+    today = versions()
+    return (
+        read is not None
+        and read[0] == settings
+        and is_of_a_piece(read[1])
+        and all(read[1].get(name) == version for name, version in today.items())
+    )
+
+
+def is_of_a_piece(made_with: Mapping[str, str]) -> bool:
+    """Whether a run was made from beginning to end with what it began with, and with its schedules."""
+    return PROLONGED not in made_with and RESUMED not in made_with
 
 
 def find(settings: Settings, runs: Sequence[StoredRun]) -> StoredRun | None:
@@ -60,19 +73,22 @@ def find(settings: Settings, runs: Sequence[StoredRun]) -> StoredRun | None:
 
 
 def make_room(path: Path, settings: Settings) -> str:
-    """Free the folder of a run to train: what is no more than begun is removed, all else kept under another name.
+    """Free the folder of a run to train: what is there is kept under another name.
 
     Returns:
         What was kept and why, or nothing.
+
+    Raises:
+        UserError: a process is writing it.
     """
     run = RunFolder(path)
     if not path.exists():
         return ""
-    if run.config.is_file() and not is_finished(run):
-        shutil.rmtree(path)
-        return ""
+    if run.config.is_file():
+        with RunLock(path):  # whoever writes it would go on under the new name
+            pass
     read = _read(run)
-    reason = _named(differences(read[0], settings), PROLONGED in read[1]) if read else "is no run that can be read"
+    reason = _named(differences(read[0], settings), read[1]) if read else "is no run that can be read"
     kept = next(old for number in range(1, 10_000) if not (old := path.with_name(f"{path.name}.old{number}")).exists())
     path.rename(kept)
     return f"{path} {reason}; it is kept as {kept} and trained anew"
@@ -88,9 +104,11 @@ def differences(old: Settings, new: Settings) -> list[str]:
     ]
 
 
-def _named(found: Sequence[str], is_prolonged: bool) -> str:
-    if is_prolonged:
+def _named(found: Sequence[str], made_with: Mapping[str, str]) -> str:
+    if PROLONGED in made_with:
         return "was prolonged after its schedules had ended"
+    if not found:
+        return "was begun with other versions, or in another scene"
     more = f" and {len(found) - SHOWN_DIFFERENCES} more" if len(found) > SHOWN_DIFFERENCES else ""
     return f"was trained with other options ({', '.join(found[:SHOWN_DIFFERENCES])}{more})"
 

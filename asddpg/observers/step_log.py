@@ -1,5 +1,6 @@
 """A row for each training step, to steps.f32 and steps.npz: where the robot was, who drove, what was weighed."""
 
+import io
 from array import array
 from collections.abc import Mapping
 from pathlib import Path
@@ -8,6 +9,7 @@ from typing import Any, SupportsFloat
 import numpy as np
 
 from asddpg.types import Driver, Episode, Observation, Step
+from asddpg.whole_files import write_whole
 
 COLUMNS = (
     "episode", "x", "y", "distance", "by_controller",
@@ -33,8 +35,8 @@ class StepLog:
             columns: what close() writes, all that stands in `rows` by name, as .npz.
             episodes: that there were before.
         """
-        self._rows, self._columns = rows, columns
-        self._file = rows.open("ab")
+        self._columns = columns
+        self._file = rows.open("a+b")
         self._values = array("f")
         self._episode = episodes
         self._where: tuple[float, float, float] = (_NAN, _NAN, _NAN)
@@ -70,17 +72,15 @@ class StepLog:
 
     def close(self) -> None:
         """Write the columns, whole or not at all."""
-        self._file.close()
-        table = np.fromfile(self._rows, dtype=np.float32).reshape(-1, len(COLUMNS))
+        with self._file as file:
+            file.seek(0)
+            numbers = np.frombuffer(file.read(), dtype=np.uint8)
+        row = 4 * len(COLUMNS)  # bytes; a full disk may have cut the last one
+        table = numbers[: len(numbers) // row * row].view(np.float32).reshape(-1, len(COLUMNS))
         columns: dict[str, Any] = dict(zip(COLUMNS, table.T, strict=True))
-        part = self._columns.with_name(self._columns.name + ".part")
-        try:
-            with part.open("wb") as file:
-                np.savez_compressed(file, **columns)
-            part.replace(self._columns)
-        except OSError:
-            part.unlink(missing_ok=True)  # it holds room that others need
-            raise
+        content = io.BytesIO()
+        np.savez_compressed(content, **columns)
+        write_whole(self._columns, content.getbuffer())
 
 
 def _where(info: Mapping[str, Any]) -> tuple[float, float, float]:

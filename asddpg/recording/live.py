@@ -5,7 +5,7 @@ While nobody is connected a step costs next to nothing: it is only counted.
 
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any, SupportsFloat
 
 import foxglove
@@ -25,7 +25,7 @@ from tasks.scene_parts import WORLD
 HOST = "127.0.0.1"
 GAP = 1.0  # s of the viewer's time between two episodes: long enough to see how the first one ended
 _LATE = 0.1  # s behind the clock from which on time is let go rather than caught up
-_LONGEST_WAIT = 3600.0  # s
+_LONGEST_WAIT = 0.2  # s; then it is looked whether a signal has come
 _LAST_WORDS = 0.2  # s for what was told last to be sent
 
 
@@ -54,6 +54,7 @@ class LiveView:
         self._controls = LiveControls(speed, steering)
         self._listener = LiveListener(self._controls, self._refuse)
         self._pace = _Pace()
+        self.stops: Callable[[], bool] = lambda: False  # whether whoever drives has been asked to stop: waiting ends
         self._episode: Episode | None = None
         self._server: WebSocketServer | None = None  # while it is made, viewers may already ask for something
         self._server = _serve(port, channels.context, self._listener)
@@ -143,7 +144,7 @@ class LiveView:
             self._controls.woken.clear()
             self._heed()
             rest = self._rest(seconds)
-            if rest <= 0.0:
+            if rest <= 0.0 or self.stops():
                 break
             self._controls.woken.wait(min(rest, _LONGEST_WAIT))
         self._pace.go(seconds, self._controls.speed)

@@ -157,7 +157,7 @@ class Recorder:
         self._file = None
         self.files += 1
         self._kept.append(self.last)
-        if self._selection.keep is not None and len(self._kept) > self._selection.keep:
+        while self._selection.keep is not None and len(self._kept) > self._selection.keep:
             self._kept.popleft().unlink(missing_ok=True)
 
     def _try(self, act: Callable[[], None]) -> None:

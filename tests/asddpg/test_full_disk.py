@@ -10,9 +10,11 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 from asddpg import growing_files, state_files, train
+from asddpg.observers.step_log import COLUMNS, StepLog
 from asddpg.training_states import TrainingStates
 from tests.asddpg.runs import QUICK, assert_same_run, die, stopped
 
@@ -46,8 +48,11 @@ WRITTEN = (
 @pytest.mark.filterwarnings("error")  # an exception in a thread, or in a destructor, is a warning
 @pytest.mark.skipif(not Path(FULL).exists(), reason="there is no /dev/full")
 @pytest.mark.parametrize("name", WRITTEN)
-def test_no_room_for_a_file(name: str, unbroken: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+def test_no_room_for_a_file(
+    name: str, unbroken: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
     run, path = tmp_path / "run", tmp_path / "run" / name
+    monkeypatch.setattr("asddpg.run_folder.check_links", lambda _: None)
     stopped([*QUICK, f"run_dir={run}"], 20, die)  # before the first checkpoint: it begins anew
     path.parent.mkdir(parents=True, exist_ok=True)
     path.unlink(missing_ok=True)
@@ -156,3 +161,12 @@ def test_a_disk_that_may_only_be_read(tmp_path: Path, mount: Mount) -> None:
         assert len(said.splitlines()) == 1
         assert said.startswith("error: ")
         assert "Read-only file system" in said
+
+
+def test_a_row_that_was_cut_does_not_hide_that_the_disk_is_full(tmp_path: Path) -> None:
+    """Long episodes are written past Python's buffer, and so in part."""
+    log = StepLog(tmp_path / "steps.f32", tmp_path / "steps.npz")
+    log._file.write(np.ones(5 * len(COLUMNS) - 3, dtype=np.float32).tobytes())
+    log.close()
+    with np.load(tmp_path / "steps.npz") as steps:
+        assert {len(steps[name]) for name in COLUMNS} == {4}

@@ -1,5 +1,8 @@
 """A run that was stopped goes on as if it had not been, to the last bit."""
 
+import json
+import re
+import shutil
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -15,6 +18,7 @@ from asddpg import checkpoint, train, training
 from asddpg.errors import UserError
 from asddpg.evaluation import Figures, evaluate
 from asddpg.observers.metrics_log import rows_of
+from tasks.navigation import NavigationConfig
 from tests.asddpg.runs import (
     DRAWING,
     QUICK,
@@ -230,6 +234,55 @@ def test_the_best_weights_are_of_this_past_and_no_other(tmp_path: Path, monkeypa
     assert first < 200 < second == step_of_best(run)
     train.main([f"resume={run}", "total_steps=250"])
     assert step_of_best(run) == first
+
+
+def test_a_run_that_is_prolonged_keeps_what_it_had_come_to(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    train.main(
+        [*QUICK, "checkpoint_every=40", "validation.every=80", f"run_dir={run}"]
+    )  # both fall due in the last step
+    tested, validated = (run / "test.json").read_bytes(), (run / "validation.csv").read_bytes()
+    names = {path.name for path in run.glob("checkpoints/step_*")}
+    train.main([f"resume={run}", "total_steps=300"])
+    assert (run / "test_step_00000240.json").read_bytes() == tested
+    assert (run / "validation.csv").read_bytes().startswith(validated)
+    assert {path.name for path in run.glob("checkpoints/step_*")} >= names
+
+
+def test_a_run_that_goes_on_in_another_scene_says_so_for_ever(
+    halfway: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = tmp_path / "run"
+    shutil.copytree(halfway, run)
+    config = run / "config.yaml"
+    config.write_text(re.sub("model_hash: .*", "model_hash: 0ld5cene", config.read_text()))
+    train.main([f"resume={run}"])
+    assert "note: it goes on with model_hash" in capsys.readouterr().out
+    made_with = yaml.safe_load(config.read_text())["made_with"]
+    assert made_with["model_hash"] == "0ld5cene"
+    assert made_with["resumed"].startswith("at step")
+    assert "resumed" in json.loads((run / "test.json").read_text())
+
+
+def test_an_episode_that_comes_out_otherwise_is_told(
+    halfway: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It is over before all its steps are made again, as with another processor it might be."""
+    run = tmp_path / "run"
+    shutil.copytree(halfway, run)
+    monkeypatch.setattr(NavigationConfig, "__post_init__", lambda self: setattr(self, "time_limit_steps", 1))
+    train.main([f"resume={run}"])
+    assert "did not come out the same" in "".join(capsys.readouterr())
+
+
+def test_a_folder_that_is_moved_while_it_is_written_ends_the_training(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+
+    def move() -> None:
+        run.rename(tmp_path / "moved")
+
+    with pytest.raises(UserError, match="has been removed or replaced"):
+        stopped([*QUICK, "checkpoint_every=0", f"run_dir={run}"], 60, move)
 
 
 @pytest.fixture(scope="module")

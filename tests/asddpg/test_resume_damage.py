@@ -1,5 +1,6 @@
 """Damaged checkpoints and logs are recognised; the checkpoint before is used, and the run comes out the same."""
 
+import json
 import pickle
 import shutil
 from collections.abc import Callable
@@ -141,10 +142,11 @@ def test_a_whole_checkpoint_of_another_step_is_none(run: Path) -> None:
 # Logs -------------------------------------------------------------------------------------------------------------
 
 
-LOGS = ("metrics.csv", "timing.csv", "validation.csv", "steps.f32", "tensorboard/events.out.tfevents.0000000000")
+LOOKED_AT = ("timing.csv", "tensorboard/events.out.tfevents.0000000000")
+LOGS = ("metrics.csv", "validation.csv", "steps.f32", *LOOKED_AT)
 
 
-@pytest.mark.parametrize("name", LOGS)
+@pytest.mark.parametrize("name", LOGS[:3])
 def test_a_log_damaged_after_the_checkpoint_before(run: Path, unbroken: Path, name: str) -> None:
     """What was logged between the two is made again."""
     marks = state_files.read(run / "resume/step_00000100")["files"]
@@ -158,19 +160,32 @@ def test_a_log_damaged_after_the_checkpoint_before(run: Path, unbroken: Path, na
     assert_same_run(unbroken, run)
 
 
-@pytest.mark.parametrize("damage", ["truncated to nothing", "flipped", "removed"])
-@pytest.mark.parametrize("name", ["metrics.csv", "timing.csv", "steps.f32", LOGS[-1]])
-def test_a_log_damaged_before_both_is_a_sentence(run: Path, name: str, damage: str) -> None:
+def do(damage: str, path: Path) -> None:
     if damage == "removed":
-        (run / name).unlink()
+        path.unlink()
     elif damage == "flipped":
-        content = bytearray((run / name).read_bytes())
+        content = bytearray(path.read_bytes())
         content[5] ^= 1
-        (run / name).write_bytes(content)
+        path.write_bytes(content)
     else:
-        (run / name).write_bytes(b"")
+        path.write_bytes(b"")
+
+
+@pytest.mark.parametrize("damage", ["truncated to nothing", "flipped", "removed"])
+@pytest.mark.parametrize("name", ["metrics.csv", "steps.f32"])
+def test_a_log_damaged_before_both_is_a_sentence(run: Path, name: str, damage: str) -> None:
+    do(damage, run / name)
     with pytest.raises(UserError, match=f"{name}, which belongs to it, .*no other one"):
         train.main([f"resume={run}"])
+
+
+@pytest.mark.parametrize("damage", ["truncated to nothing", "flipped", "removed"])
+@pytest.mark.parametrize("name", LOOKED_AT)
+def test_what_is_only_looked_at_may_be_gone(run: Path, unbroken: Path, name: str, damage: str) -> None:
+    do(damage, run / name)
+    train.main([f"resume={run}"])
+    assert (run / "metrics.csv").read_bytes() == (unbroken / "metrics.csv").read_bytes()
+    assert json.loads((run / "test.json").read_text()) == json.loads((unbroken / "test.json").read_text())
 
 
 def test_what_was_logged_later_is_no_damage(run: Path, unbroken: Path) -> None:

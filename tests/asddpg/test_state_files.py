@@ -15,6 +15,7 @@ from hypothesis.extra import numpy as of_numpy
 from asddpg import state_files
 from asddpg.history import History, Redriven, remembered
 from asddpg.replay import BalancedReplay, ReplayBuffer, Transition
+from asddpg.state_files import DamagedStateError
 from asddpg.types import Decision, Driver, Step
 from tests.asddpg.runs import assert_same_tree
 
@@ -233,3 +234,12 @@ def test_an_episode_is_driven_again_as_it_was(steps: list[tuple[Decision, dict[s
     made = again.decide(watched)
     again.learn(Step(watched, made, 0.0, watched, False, False, {}))
     assert agent.asked[-2:] == ["decide", "learn"]
+
+
+def test_files_that_unpack_to_more_than_they_are_are_refused(tmp_path: Path) -> None:
+    """As a stranger may have made them, with right checksums."""
+    state_files.write(tmp_path, {"rows": np.zeros((1000, 1000))})
+    np.savez_compressed(tmp_path / state_files.ARRAYS, np.zeros((1000, 1000)))
+    (tmp_path / state_files.SUMS).write_text(state_files._sums(tmp_path))
+    with pytest.raises(DamagedStateError, match="unpacks to more"):
+        state_files.read(tmp_path)

@@ -1,17 +1,21 @@
 """Ctrl-C and SIGTERM finish the step, keep everything and say how to go on."""
 
+import math
 import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from pathlib import Path
 
 import pytest
 
 from asddpg import train
+from asddpg.recording.live import LiveView
+from asddpg.recording.live_listener import LiveListener
 from asddpg.training_states import TrainingStates
-from tests.asddpg.runs import QUICK, assert_same_run, at_step, interrupt, newest_state
+from tests.asddpg.runs import QUICK, assert_same_run, at_step, interrupt, newest_state, stopped
 
 PATIENCE = 300.0  # s
 
@@ -76,19 +80,47 @@ def test_a_second_signal_while_a_checkpoint_is_written(
 
     def write(self: TrainingStates, step: int, state: dict[str, object]) -> None:
         if step == 125:
-            monkeypatch.setattr("asddpg.state_files.to_disk", lambda _: os.kill(os.getpid(), signal.SIGTERM))
+            monkeypatch.setattr("asddpg.state_files.to_disk", lambda _: interrupt())
         real(self, step, state)
 
     run = tmp_path / "run"
     at_step(monkeypatch, 125, interrupt)
     monkeypatch.setattr(TrainingStates, "write", write)
-    with pytest.raises(SystemExit) as ended:
+    with pytest.raises(KeyboardInterrupt):
         train.main([*QUICK, f"run_dir={run}"])
-    assert ended.value.code == 143
     monkeypatch.undo()
     assert sorted(path.name for path in (run / "resume").iterdir()) == ["step_00000050", "step_00000100"]
     train.main([f"resume={run}"])
     assert_same_run(unbroken, run)
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
+def test_who_is_told_twice_keeps_everything(number: signal.Signals, tmp_path: Path) -> None:
+    """As a child of make is, or of a session that is ended."""
+
+    def twice() -> None:
+        os.kill(os.getpid(), number)
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    run = tmp_path / "run"
+    assert stopped([*QUICK, f"run_dir={run}"], 125, twice) == 128 + number
+    assert newest_state(run)["step"] == 125
+
+
+def test_a_paused_live_view_hears_a_signal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    timers: list[threading.Timer] = []
+
+    def paused(self: LiveView, _: float) -> float:
+        if not timers:
+            timers.append(threading.Timer(0.5, interrupt))
+            timers[0].start()
+        return math.inf
+
+    monkeypatch.setattr(LiveListener, "is_watched", True)
+    monkeypatch.setattr(LiveView, "_rest", paused)
+    with pytest.raises(SystemExit) as ended:
+        train.main([*QUICK, "live=true", "port=0", f"run_dir={tmp_path / 'run'}"])
+    assert ended.value.code == 130
 
 
 def test_signals_are_as_before_when_the_training_is_over(tmp_path: Path) -> None:

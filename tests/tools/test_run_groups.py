@@ -6,6 +6,8 @@ import pytest
 import yaml
 
 from asddpg.errors import UserError
+from asddpg.run_lock import RunLock
+from asddpg.train import versions
 from tests.tools.fake_runs import finish, finish_group
 from tools.run_groups import Group, finished, missing
 from tools.run_store import differences, is_begun, make_room, stored_runs
@@ -66,15 +68,23 @@ def test_a_run_with_other_options_is_kept_aside_and_named(tmp_path: Path) -> Non
     assert (tmp_path / "default_seed0.old2").is_dir()
 
 
-def test_an_unfinished_run_makes_room_and_a_folder_that_is_no_run_is_kept(tmp_path: Path) -> None:
+def test_what_cannot_go_on_is_kept_aside(tmp_path: Path) -> None:
+    """A run of other versions, one that somebody prolongs, a folder that is no run: hours of work, each of them."""
     path = finish(tmp_path / "default_seed0", DEFAULT.settings(0))
     (path / "resources.json").unlink()
-    assert make_room(path, DEFAULT.settings(0)) == ""
-    assert not list(tmp_path.iterdir())
+    assert "other versions" in make_room(path, DEFAULT.settings(0))
     path.mkdir()
     (path / "precious.txt").write_text("mine")
     assert "kept as" in make_room(path, DEFAULT.settings(0))
-    assert (tmp_path / "default_seed0.old1/precious.txt").read_text() == "mine"
+    assert (tmp_path / "default_seed0.old2/precious.txt").read_text() == "mine"
+
+
+def test_a_run_that_is_being_written_stays_where_it_is(tmp_path: Path) -> None:
+    path = finish(tmp_path / "default_seed0", DEFAULT.settings(0))
+    (path / "resources.json").unlink()
+    with RunLock(path), pytest.raises(UserError, match="is being written by process"):
+        make_room(path, DEFAULT.settings(1))
+    assert (path / "config.yaml").is_file()
 
 
 def test_a_prolonged_run_is_not_the_experiment_of_its_options(tmp_path: Path) -> None:
@@ -91,7 +101,14 @@ def test_only_an_unfinished_run_of_the_same_options_goes_on(tmp_path: Path) -> N
     path = finish(tmp_path / "default_seed0", DEFAULT.settings(0))
     assert not is_begun(path, DEFAULT.settings(0))
     (path / "resources.json").unlink()
+    assert not is_begun(path, DEFAULT.settings(0))  # of another version
+    config = path / "config.yaml"
+    content = yaml.safe_load(config.read_text()) | {"made_with": versions()}
+    config.write_text(yaml.safe_dump(content))
     assert is_begun(path, DEFAULT.settings(0))
+    config.write_text(yaml.safe_dump(content | {"made_with": versions() | {"resumed": "at step 5 with torch 1"}}))
+    assert not is_begun(path, DEFAULT.settings(0))
+    config.write_text(yaml.safe_dump(content))
     assert not is_begun(path, DEFAULT.settings(1))
     assert not is_begun(tmp_path / "nowhere", DEFAULT.settings(0))
 
