@@ -110,7 +110,7 @@ def test_who_is_told_twice_keeps_everything(number: signal.Signals, tmp_path: Pa
 def test_a_paused_live_view_hears_a_signal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     timers: list[threading.Timer] = []
 
-    def paused(self: LiveView, _: float) -> float:
+    def paused(_: LiveView, __: float) -> float:
         if not timers:
             timers.append(threading.Timer(0.5, interrupt))
             timers[0].start()
