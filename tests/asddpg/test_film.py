@@ -225,7 +225,7 @@ def test_pictures_change_nothing_that_is_learned(tmp_path: Path) -> None:
     [
         (["record.cameras=[side]"], "no camera 'side'; there are top, chase, onboard, free"),
         (["record.cameras=[top,top]"], "record.cameras must be names of cameras, each once"),
-        (["record.codec=png"], "record.codec must be jpeg or h264, not png"),
+        (["record.codec=png"], "record.codec must be jpeg or h264, not 'png'"),
         (["record.picture_size=[321,240]"], "record.picture_size must be width and height, two even numbers"),
         (["record.cameras=[top]", "record.every=0"], "none is made: record.every=1 records all"),
     ],
