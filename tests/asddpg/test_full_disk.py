@@ -15,6 +15,7 @@ import pytest
 
 from asddpg import growing_files, state_files, train
 from asddpg.observers.step_log import COLUMNS, StepLog
+from asddpg.program import python
 from asddpg.training_states import TrainingStates
 from tests.asddpg.runs import QUICK, assert_same_run, die, stopped
 
@@ -62,7 +63,7 @@ def test_no_room_for_a_file(
     del caught
     gc.collect()
     if name != "config.yaml.part":
-        assert f"can go on from its last checkpoint: python -m asddpg.train resume={run}" in capsys.readouterr().err
+        assert f"can go on from its last checkpoint: {python()} -m asddpg.train resume={run}" in capsys.readouterr().err
     assert_checkpoints_whole(run)
     path.unlink(missing_ok=True)
     train.main([f"resume={run}"])
@@ -143,7 +144,7 @@ def test_a_disk_that_fills_up(room: str, unbroken: Path, mount: Mount) -> None:
     assert status == 2
     *recordings, hint, error = [line.strip() for line in said.splitlines() if line.strip()]
     assert all("is not recorded" in line for line in recordings)  # which stops nobody
-    assert hint == f"the training can go on from its last checkpoint: python -m asddpg.train resume={run}"
+    assert hint == f"the training can go on from its last checkpoint: {python()} -m asddpg.train resume={run}"
     assert re.fullmatch(rf"error: {run}\S* cannot be read or written: No space left on device", error)
     assert_checkpoints_whole(run)
     mount("-o", "remount,size=100m")
