@@ -32,11 +32,13 @@ def _torch_as_in_training() -> Iterator[None]:
 
 
 @pytest.fixture(autouse=True, scope="session")
-def _interrupts_are_heard() -> Iterator[None]:
-    """A shell that starts the tests in the background has SIGINT ignored, here and in every process begun here."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+def _signals_are_heard() -> Iterator[None]:
+    """A shell that starts the tests in the background, or nohup, has some ignored, here and in processes begun here."""
+    handlers = {signal.SIGINT: signal.default_int_handler, signal.SIGHUP: signal.SIG_DFL}
+    before = {number: signal.signal(number, handler) for number, handler in handlers.items()}
     yield
-    signal.signal(signal.SIGINT, before)
+    for number, handler in before.items():
+        signal.signal(number, handler)
 
 
 @pytest.fixture(scope="session")
