@@ -92,6 +92,14 @@ def training() -> Iterator[Show]:
     show.close()
 
 
+def pause_after(step: int, viewer: Viewer) -> None:
+    """Pause in the middle of an episode: ten steps a second, so that it is not over before the viewer has spoken."""
+    viewer.set("/speed", 2)
+    viewer.next("/step", lambda told: told["step"] == step)
+    viewer.set("/paused", True)
+    viewer.settle()
+
+
 # Watching ---------------------------------------------------------------------------------------------------------
 
 
@@ -120,9 +128,7 @@ def test_playing_waits_for_a_viewer(show: Show) -> None:
 def test_who_comes_in_the_middle_of_an_episode_gets_what_went_before(show: Show, viewer: Viewer) -> None:
     viewer.watch("/step", "/odom")
     viewer.set("/driver", "controller")
-    viewer.next("/step", lambda step: step["step"] == 5)
-    viewer.set("/paused", True)
-    viewer.settle()
+    pause_after(5, viewer)
     step, odometry = viewer.of("/step")[-1], viewer.of("/odom")[-1]
     with Viewer(show.live.port) as late:
         late.watch("/scene", "/path", "/goal", "/tf", "/outcome")
@@ -236,9 +242,7 @@ def place_of_the_goal(transforms: Any) -> tuple[float, float]:
 def test_a_click_moves_the_goal_at_once(viewer: Viewer, topic: str, content: Any) -> None:
     viewer.watch("/goal", "/step", "/odom", "/tf")
     viewer.follow_parameters("/goal")
-    viewer.next("/step", lambda step: step["step"] == 2)
-    viewer.set("/paused", True)
-    viewer.settle()
+    pause_after(2, viewer)
     before = viewer.of("/step")[-1]["step"]
     viewer.publish(topic, content)
     goal = viewer.next("/goal")
@@ -255,9 +259,7 @@ def test_a_click_moves_the_goal_at_once(viewer: Viewer, topic: str, content: Any
 
 def test_a_click_in_a_view_that_follows_the_robot(viewer: Viewer) -> None:
     viewer.watch("/goal", "/step", "/odom")
-    viewer.next("/step", lambda step: step["step"] == 3)
-    viewer.set("/paused", True)
-    viewer.settle()
+    pause_after(3, viewer)
     pose = viewer.of("/odom")[-1].pose
     yaw = 2 * math.atan2(pose.orientation.z, pose.orientation.w)
     viewer.publish("/clicked_point", {"header": {"frame_id": "base"}, "point": {"x": 0.4, "y": 0.1, "z": 0}})
