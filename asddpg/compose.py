@@ -46,17 +46,14 @@ def train_config(words: Sequence[str]) -> TrainConfig:
 def resumed_config(words: Sequence[str], stored: TrainConfig) -> TrainConfig:
     """The configuration of a run that goes on; UserError where a word is wrong or would change the run's past."""
     config: DictConfig = OmegaConf.structured(stored)
-    for override in _checked_overrides(words, TrainConfig, GROUPS):
+    overrides = _checked_overrides(words, TrainConfig, GROUPS)
+    for override in overrides:
         name, value = override.key_or_group, override.value()
         if name not in MAY_CHANGE and (name in GROUPS or OmegaConf.select(config, name) != value):
             raise UserError(
                 f"{name}= would change the past of the run; with resume= go {'=, '.join(MAY_CHANGE)}= alone"
             )
-        try:
-            OmegaConf.update(config, name, value)
-        except OmegaConfBaseException as error:
-            raise UserError(first_line(error)) from error
-    finished = _finished(lambda: config, TrainConfig)
+    finished = _finished(lambda: _updated(config, overrides), TrainConfig)
     if finished.total_steps < stored.total_steps:
         raise UserError(f"total_steps of a run may be raised, not lowered: it has {stored.total_steps}")
     return finished
@@ -75,13 +72,13 @@ def play_config(words: Sequence[str]) -> PlayConfig:
 def _without_groups(words: Sequence[str], kind: type[Config]) -> Config:
     overrides = _checked_overrides(words, kind, {})
 
-    def composed() -> DictConfig:
-        config: DictConfig = OmegaConf.structured(kind)
-        for override in overrides:
-            OmegaConf.update(config, override.key_or_group, override.value())
-        return config
+    return _finished(lambda: _updated(OmegaConf.structured(kind), overrides), kind)
 
-    return _finished(composed, kind)
+
+def _updated(config: DictConfig, overrides: Sequence[Override]) -> DictConfig:
+    for override in overrides:
+        OmegaConf.update(config, override.key_or_group, override.value())
+    return config
 
 
 def _finished(composing: Callable[[], DictConfig], kind: type[Config]) -> Config:

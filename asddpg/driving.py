@@ -24,7 +24,7 @@ from asddpg.errors import UserError
 from asddpg.recording.recorder import Provenance, Recorder, Selection, each
 from asddpg.run_folder import config_text
 from asddpg.streams import stream
-from asddpg.train import hash_of, provenance_of, versions
+from asddpg.train import hash_of, made_now, provenance_of
 from asddpg.trained import file_hash, open_trained
 from tasks import ALL_TASKS
 
@@ -60,7 +60,7 @@ class Driving:
 
     def made_with(self) -> dict[str, str]:
         """Versions, and the hash of the scene."""
-        return versions() | {"model_hash": hash_of(self.environment)}
+        return made_now(self.environment)
 
     def recorder(
         self, wanted: RecordEvaluationConfig, folder: Path, pairs: str, say: Callable[[str], None]

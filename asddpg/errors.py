@@ -1,4 +1,4 @@
-"""The one exception for a user's mistake."""
+"""What ends a program in one sentence."""
 
 _LONGEST = 60  # characters of a value in a sentence
 

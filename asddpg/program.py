@@ -34,7 +34,7 @@ def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
         _say(str(error))
         sys.exit(2)
     except Breakdown as error:
-        print(f"error: {error}", file=sys.stderr)
+        _say(str(error))
         sys.exit(1)
     except PhysicsError as error:
         _say(f"the simulation broke down, most likely by an action that is no number: {error}")

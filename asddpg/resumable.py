@@ -77,7 +77,7 @@ class ResumableEpisodes:
             "episodes": self.episodes,
             "randomness": self._randomness if len(self._history) else self._core.random_state(),
             "history": self._history.state(),
-            "digest": state_digest(self._core.physics.data.ptr),
+            "digest": state_digest(self._core.physics.data.ptr) if len(self._history) else None,
             "agent": self._agent.state(),
         }
 

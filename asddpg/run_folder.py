@@ -30,7 +30,8 @@ class RunFolder:
     `validation.csv` a row a validation · `episodes/` recordings of the training, `evaluated_episodes/` of evaluations,
     `played_episodes/` of those that were played ·
     `timing.csv`, `resources.json` time and memory · `tensorboard/` · `steps.f32`, `steps.npz` a row a training
-    step · `resume/step_<n>/` what the training goes on from · `lock` names the process that writes the run ·
+    step · `resume/step_<n>/` what the training goes on from · `breakdown_<step>/` what broke it ·
+    `lock` names the process that writes the run ·
     `checkpoints/{last,best}/agent.pt`, and `checkpoints/step_<n>/agent.pt` at each validation · `test.json` the test
     that ends the training · `evaluation.json` what asddpg.evaluate found last · `diagnosis/` what tools.diagnose found.
     """

@@ -119,7 +119,7 @@ class Training:
         except Stopped:
             self._keep()
             raise
-        self._keep()
+        self._keep(is_end=True)
 
     def _train(self, observers: Sequence[Observer], signals: StopSignals) -> None:
         total = self._config.total_steps

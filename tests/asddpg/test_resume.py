@@ -203,7 +203,8 @@ def test_total_steps_may_be_raised(is_over: bool, tmp_path: Path) -> None:
     rows = rows_of(run / "metrics.csv")
     assert sum(int(row["steps"]) for row in rows) == int(rows[-1]["step"]) == 300
     assert [int(row["episode"]) for row in rows] == list(range(1, len(rows) + 1))
-    assert "cut" not in [row["outcome"] for row in rows[:-1]]
+    # The old end stays what it was.
+    assert [int(row["step"]) for row in rows[:-1] if row["outcome"] == "cut"] == [230] * is_over
     config = yaml.safe_load((run / "config.yaml").read_text())
     assert config["total_steps"] == 300
     assert config["made_with"]["prolonged"] == f"from 230 to 300 at step {230 if is_over else 125}"
@@ -243,6 +244,7 @@ def test_a_run_that_is_prolonged_keeps_what_it_had_come_to(tmp_path: Path) -> No
     )  # both fall due in the last step
     tested, validated = (run / "test.json").read_bytes(), (run / "validation.csv").read_bytes()
     names = {path.name for path in run.glob("checkpoints/step_*")}
+    assert newest_state(run)["validations"] == 3  # the one after the last step is not made again
     train.main([f"resume={run}", "total_steps=300"])
     assert (run / "test_step_00000240.json").read_bytes() == tested
     assert (run / "validation.csv").read_bytes().startswith(validated)
