@@ -2,12 +2,17 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Self
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from tasks.physics import FloatArray
 from tasks.scene_parts import WORLD, body_name, moves
+
+IntArray = npt.NDArray[np.int64]
 
 _CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
 # Hamilton's table: component r of a product a·b is Σ a[p] b[q] over the p and q whose units give the unit r.
@@ -26,48 +31,89 @@ class Frame:
     parent: str
 
 
+@dataclass(frozen=True)
 class BodyFrames:
-    """Frames of all bodies that can move: the robot's, the goal's, those of things that may be pushed."""
+    """Frames of all bodies that can move: the robot's, the goal's, those of things that may be pushed.
 
-    def __init__(self, model: mujoco.MjModel) -> None:
-        """Find them."""
+    Attributes:
+        frames: by name.
+        num_bodies: of the scene, the world among them.
+        bodies: number of each frame's body, (n,).
+        parents: number of the body it is given in, 0 for the world, (n,).
+        anchored: indices of the frames whose place in their parent cannot change, (k,).
+        offsets: these places, (k, 3) metres, as the file has them: worked out anew they would differ in the last bits.
+        rigid: indices of the frames that cannot turn in their parent, (l,).
+        turns: how they are turned, as quaternions w, x, y, z, (l, 4).
+    """
+
+    frames: tuple[Frame, ...]
+    num_bodies: int
+    bodies: IntArray
+    parents: IntArray
+    anchored: IntArray
+    offsets: FloatArray
+    rigid: IntArray
+    turns: FloatArray
+
+    @classmethod
+    def of(cls, model: mujoco.MjModel) -> Self:
+        """Find them in a scene."""
         bodies = [body for body in range(1, model.nbody) if moves(model, body)]
         place = {body: index for index, body in enumerate(bodies)}
         parents = [place.get(int(model.body_parentid[body])) for body in bodies]
         names = [body_name(model, body) for body in bodies]
-        self.frames = [
-            Frame(name, WORLD if parent is None else names[parent]) for name, parent in zip(names, parents, strict=True)
-        ]
-        self._num_bodies = int(model.nbody)
-        self._bodies = np.array(bodies)
-        self._parents = np.array([0 if parent is None else bodies[parent] for parent in parents])  # 0 is the world
         inner = [index for index, parent in enumerate(parents) if parent is not None]
-        # What cannot change is given as the file has it: worked out anew it would differ in the last digits.
-        self._anchored = [index for index in inner if _keeps_its_offset(model, bodies[index])]
-        self._rigid = [index for index in inner if not model.body_jntnum[bodies[index]]]
-        self._offsets = model.body_pos[[bodies[index] for index in self._anchored]]
-        self._turns = model.body_quat[[bodies[index] for index in self._rigid]]
-        self._all_anchored = len(self._anchored) == len(inner)
+        anchored = [index for index in inner if _keeps_its_offset(model, bodies[index])]
+        rigid = [index for index in inner if not model.body_jntnum[bodies[index]]]
+        return cls(
+            frames=tuple(
+                Frame(name, WORLD if parent is None else names[parent])
+                for name, parent in zip(names, parents, strict=True)
+            ),
+            num_bodies=int(model.nbody),
+            bodies=np.array(bodies),
+            parents=np.array([0 if parent is None else bodies[parent] for parent in parents]),
+            anchored=np.array(anchored, dtype=int),
+            offsets=model.body_pos[[bodies[index] for index in anchored]],
+            rigid=np.array(rigid, dtype=int),
+            turns=model.body_quat[[bodies[index] for index in rigid]],
+        )
 
-    def sample(self, data: mujoco.MjData) -> bytes:
-        """Where all bodies of the scene are: what relative() takes; bytes are had in a third of an array's time."""
-        return bytes(data.xpos.tobytes() + data.xquat.tobytes())
+    def index(self, name: str) -> int:
+        """Which frame has a name."""
+        return [frame.name for frame in self.frames].index(name)
 
     def relative(self, samples: Sequence[bytes]) -> FloatArray:
-        """Of m samples, each frame in its parent's: (m, n, 7), x, y, z in metres and the quaternion w, x, y, z."""
-        m, n = len(samples), self._num_bodies
+        """Each frame in its parent's, at m instants: (m, n, 7), x, y, z in metres and the quaternion w, x, y, z.
+
+        Args:
+            samples: where all bodies of the scene are in the world: bytes of xpos, then of xquat.
+        """
+        m, n = len(samples), self.num_bodies
         numbers = np.frombuffer(b"".join(samples)).reshape(m, 7 * n)
         positions, quaternions = numbers[:, : 3 * n].reshape(m, n, 3), numbers[:, 3 * n :].reshape(m, n, 4)
-        inverse = quaternions[:, self._parents] * _CONJUGATE
-        places = np.empty((m, len(self._bodies), 7))
-        if self._all_anchored:
-            places[..., :3] = positions[:, self._bodies]
-        else:
-            places[..., :3] = _turned(positions[:, self._bodies] - positions[:, self._parents], inverse)
-        places[..., 3:] = _product(inverse, quaternions[:, self._bodies])
-        places[:, self._anchored, :3] = self._offsets
-        places[:, self._rigid, 3:] = self._turns
+        places = np.empty((m, len(self.bodies), 7))
+        places[..., :3], places[..., 3:] = positions[:, self.bodies], quaternions[:, self.bodies]  # as in the world
+        if (frames := self._shifted).size:
+            parents = self.parents[frames]
+            offsets = places[:, frames, :3] - positions[:, parents]
+            places[:, frames, :3] = _turned(offsets, quaternions[:, parents] * _CONJUGATE)
+        if (frames := self._turning).size:
+            inverse = quaternions[:, self.parents[frames]] * _CONJUGATE
+            places[:, frames, 3:] = _product(inverse, places[:, frames, 3:])
+        places[:, self.anchored, :3] = self.offsets
+        places[:, self.rigid, 3:] = self.turns
         return places
+
+    @cached_property
+    def _shifted(self) -> IntArray:
+        """Frames whose place in a parent that moves can change."""
+        return np.setdiff1d(np.flatnonzero(self.parents), self.anchored)
+
+    @cached_property
+    def _turning(self) -> IntArray:
+        """Frames that can turn in a parent that moves."""
+        return np.setdiff1d(np.flatnonzero(self.parents), self.rigid)
 
 
 def _keeps_its_offset(model: mujoco.MjModel, body: int) -> bool:

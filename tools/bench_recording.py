@@ -3,7 +3,6 @@
 import dataclasses
 import tempfile
 import time
-from collections.abc import Sequence
 from pathlib import Path
 
 import gymnasium
@@ -21,7 +20,7 @@ from tasks.fresh_pairs import stored_pairs
 from tasks.held_out import Pair
 
 TASK = "nav_complex"
-PAIRS, ROUNDS = 20, 9
+PAIRS, ROUNDS = 20, 11
 
 
 def recording() -> None:
@@ -37,35 +36,38 @@ def recording() -> None:
     settings = config_text(dataclasses.asdict(trained.config), made_with)
     provenance = provenance_of(trained.config, settings, made_with)
     with tempfile.TemporaryDirectory() as folder:
-        recorder = Recorder(Path(folder), watched(environment), provenance, Selection(each(1), keep=PAIRS), print)
-        _drive(environment, driver, pairs, (recorder,))  # once to warm up
-        costs = []
-        for _ in range(ROUNDS):
-            without, steps = _drive(environment, driver, pairs, ())
-            with_recorder, _ = _drive(environment, driver, pairs, (recorder,))
-            costs.append((with_recorder - without) / steps)
+        recorder = Recorder(Path(folder), watched(environment), provenance, Selection(each(1)), print)
+        costs: list[list[float]] = []
+        for _ in range(1 + ROUNDS):  # the first one warms up
+            episodes = [_cost(environment, driver, pair, recorder) for pair in pairs]
+            costs.append([cost for cost, _ in episodes])
+            steps = [count for _, count in episodes]
         sizes = [(open_recording(path).outcome()["steps"], path.stat().st_size) for path in Path(folder).iterdir()]
-    print(f"{np.median(costs) * 1e6:.0f} us of CPU a step (bar: under 80; rounds {_span(costs)}), files and all")
+    own = np.median(costs[1:], axis=0) * 1e6  # of each episode, us
+    print(
+        f"{sum(own) / sum(steps):.0f} us of CPU a step (bar: under 80), files and all, in episodes of "
+        f"{np.mean(steps):.0f} steps on average"
+    )
     counts, room = np.array(sizes, dtype=float).T
     per_step, per_episode = np.polyfit(counts, room, 1)
-    print(f"{per_episode / 1000:.1f} kB an episode and {per_step:.0f} bytes a step (bar: under 15 kB and 450 bytes)")
+    print(f"{per_episode / 1000:.2f} kB an episode and {per_step:.0f} bytes a step (bar: under 15 kB and 450 bytes)")
     print(
         f"{np.mean(room) / 1000:.1f} kB an episode of {np.mean(counts):.0f} steps on average; at the bar "
         f"{(15_000 + 450 * np.mean(counts)) / 1000:.1f} kB"
     )
 
 
-def _span(costs: list[float]) -> str:
-    return f"{min(costs) * 1e6:.0f} to {max(costs) * 1e6:.0f}"
+def _cost(environment: gymnasium.Env, driver: FixedDriver, pair: Pair, recorder: Recorder) -> tuple[float, int]:
+    """CPU seconds that recording an episode took beyond driving it, and its steps."""
+    without, _ = _drive(environment, driver, pair, ())
+    with_recorder, steps = _drive(environment, driver, pair, (recorder,))
+    return with_recorder - without, steps
 
 
 def _drive(
-    environment: gymnasium.Env, driver: FixedDriver, pairs: Sequence[Pair], observers: tuple[Recorder, ...]
+    environment: gymnasium.Env, driver: FixedDriver, pair: Pair, observers: tuple[Recorder, ...]
 ) -> tuple[float, int]:
-    """CPU seconds and steps of an episode for each pair."""
+    """CPU seconds and steps."""
     begun = time.process_time()
-    steps = sum(
-        run_episode(environment, driver, observers, options={"start": pair.start, "goal": pair.goal}).steps
-        for pair in pairs
-    )
-    return time.process_time() - begun, steps
+    episode = run_episode(environment, driver, observers, options={"start": pair.start, "goal": pair.goal})
+    return time.process_time() - begun, episode.steps

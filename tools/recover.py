@@ -4,13 +4,17 @@ FILE is the .mcap.part that a killed process leaves, or a damaged .mcap. The ste
 complete file beside it, <name>_cut.mcap by itself; FILE stays, and nothing is overwritten.
 """
 
-from collections.abc import Sequence
+import contextlib
+from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+
+from mcap.records import McapRecord
 
 from asddpg.errors import UserError, shown
 from asddpg.program import run
+from asddpg.recording.journal_reading import in_full
 from asddpg.recording.mcap_file import CONFIG, METADATA
-from asddpg.recording.reading import PART
+from asddpg.recording.reading import DAMAGE, PART
 from tools.cut_episode import CutEpisode, episode_in
 from tools.recording_contents import Contents, contents_of, write_recording
 from tools.salvage import salvage
@@ -47,7 +51,7 @@ def _left_of(source: Path) -> Contents:
         found = salvage(source)
     except OSError as error:
         raise UserError(f"{source} cannot be read: {error.strerror}") from error
-    contents = contents_of(found.records)
+    contents = contents_of(_whole(in_full(found.records)))
     is_ours = METADATA in (each.name for each in contents.metadata)
     if not is_ours and (contents.messages or not found.damage):
         raise UserError(f"{source} is a recording of another program: it does not begin with {METADATA}")
@@ -56,6 +60,12 @@ def _left_of(source: Path) -> Contents:
     if not found.damage and source.suffix != PART:
         raise UserError(f"{source} is whole, there is nothing to recover")
     return contents
+
+
+def _whole(records: Iterable[McapRecord]) -> Iterator[McapRecord]:
+    """All up to the first whose content is damaged."""
+    with contextlib.suppress(*DAMAGE):
+        yield from records
 
 
 def _target(source: Path, outcome: str) -> Path:

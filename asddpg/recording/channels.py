@@ -1,6 +1,6 @@
 """A recording's channels: one set a process, from which files and the live view take their messages."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import foxglove
@@ -36,8 +36,17 @@ _JSON = {
 }
 
 
+LogMessage = Callable[[bytes, int], object]  # gets a message and simulated ns
+
+
 class Channels:
-    """A context with a channel for each topic; whatever is open on the context gets what is logged."""
+    """A context with a channel for each topic; whatever is open on the context gets what is logged.
+
+    Attributes:
+        schemas: by topic.
+        context: foxglove's.
+        log: by topic, takes its messages; for as long as this object lives.
+    """
 
     def __init__(self, cameras: Sequence[str] = (), is_video: bool = False) -> None:
         """Make the channels.
@@ -54,13 +63,10 @@ class Channels:
         self._channels = {
             topic: foxglove.Channel(
                 topic, schema=schema, message_encoding=message_encoding(schema), context=self.context
-            ).base
+            )
             for topic, schema in self.schemas.items()
         }
-
-    def log(self, topic: str, message: bytes, time: int) -> None:
-        """Tell a message of an instant, simulated ns."""
-        self._channels[topic].log(message, time)
+        self.log: Mapping[str, LogMessage] = {topic: channel.base.log for topic, channel in self._channels.items()}
 
 
 def _as_schema(schema: topics.Schema) -> foxglove.Schema:

@@ -17,8 +17,11 @@ from asddpg.recording.live_controls import GOAL, GoalWish, LiveControls, Steerin
 from asddpg.recording.live_listener import LiveListener
 from asddpg.recording.moments import NANOSECONDS, Moment, MomentReader, Watched
 from asddpg.recording.publisher import Publisher
-from asddpg.recording.scene_messages import Point
+from asddpg.recording.scene_messages import Point, scene_message
+from asddpg.recording.states import States
+from asddpg.recording.step_message import told
 from asddpg.types import Episode, Observation, Step
+from tasks.body_frames import BodyFrames
 from tasks.errors import TaskError
 from tasks.scene_parts import WORLD
 
@@ -48,16 +51,18 @@ class LiveView:
             UserError: the port cannot be had.
         """
         self._physics, self._steering = environment.physics, steering
-        channels = Channels()
+        self._channels = Channels()
         self._reader = MomentReader(environment)
-        self._publisher = Publisher(channels.log, environment, self._reader)
+        model = self._physics.model.ptr
+        states = States(BodyFrames.of(model), environment.scan_shape)
+        self._publisher = Publisher(self._channels.log, states, scene_message(model))
         self._controls = LiveControls(speed, steering)
         self._listener = LiveListener(self._controls, self._refuse)
         self._pace = _Pace()
         self.stops: Callable[[], bool] = lambda: False  # whether whoever drives has been asked to stop: waiting ends
         self._episode: Episode | None = None
         self._server: WebSocketServer | None = None  # while it is made, viewers may already ask for something
-        self._server = _serve(port, channels.context, self._listener)
+        self._server = _serve(port, self._channels.context, self._listener)
 
     @property
     def port(self) -> int:
@@ -88,7 +93,7 @@ class LiveView:
         if self._is_idle:
             return
         self._observation = step.next_observation
-        moment = self._reader.step(step)._replace(number=self._number)
+        moment = told(self._reader.step(step)._replace(number=self._number))
         elapsed = self._tell_time(moment)
         if self._listener.take_newcomer():
             self._publisher.take_up(moment, self._start, self._driven[:-1])
@@ -119,7 +124,7 @@ class LiveView:
         return self._steering is None and not self._listener.is_watched
 
     def _now(self) -> Moment:
-        return self._reader.begin(self._observation)._replace(number=self._number)
+        return told(self._reader.begin(self._observation)._replace(number=self._number))
 
     def _tell_time(self, moment: Moment) -> float:
         """Set the viewer's clock, before the messages that it stamps; gives the seconds since it was set last."""

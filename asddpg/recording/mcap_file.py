@@ -1,14 +1,14 @@
-"""A recording's file: plain and up to date while its episode goes on, compressed and complete at the end.
+"""A recording's file: a journal while its episode goes on, told in full, compressed and complete at the end.
 
 While it is open there is `<stem>.mcap.part`, without chunks, so that a process that is killed loses what it had not
-flushed and nothing else (`python -m tools.recover` completes it). The final file is made of the same messages by
-foxglove at the end, all in one go.
+flushed and nothing else (`python -m tools.recover` completes it). It holds moments as they were read, see journal.py;
+the final file is told of the same, and written by foxglove, at the end.
 """
 
 import contextlib
 import gzip
 import io
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import IO
 
@@ -16,8 +16,12 @@ import foxglove
 from foxglove.mcap import MCAPWriteOptions
 from mcap.records import Attachment, Metadata
 
+from asddpg.recording import journal
 from asddpg.recording.channels import Channels
-from asddpg.recording.plain_mcap import Logged, PlainMcap
+from asddpg.recording.journal import Layout
+from asddpg.recording.moments import Moment
+from asddpg.recording.plain_mcap import OtherChannel, PlainMcap
+from asddpg.recording.topics import SCENE
 
 _FINISHED = MCAPWriteOptions(compression_threads=0, emit_summary_offsets=False)
 
@@ -28,26 +32,28 @@ CONFIG = "config.yaml.gz"  # name of the attachment
 class RecordingFiles:
     """Recordings of the same channels and configuration."""
 
-    def __init__(self, folder: Path, channels: Channels, config: str) -> None:
-        """Take the configuration as YAML; nothing is made yet."""
+    def __init__(self, folder: Path, channels: Channels, config: str, layout: Layout, scene: bytes) -> None:
+        """Take the configuration as YAML, how moments are told, and the message of /scene; nothing is made yet."""
         packed = gzip.compress(config.encode(), mtime=0)  # attachments are not compressed by the format itself
         self.folder, self.channels = folder, channels
         self.config = Attachment(create_time=0, log_time=0, name=CONFIG, media_type="application/gzip", data=packed)
-        self.plain = PlainMcap(channels.schemas, self.config)
+        self.plain = PlainMcap(
+            channels.schemas, self.config, [OtherChannel(journal.TOPIC, journal.ENCODING, layout.as_text())]
+        )
+        self.scene = self.plain.messages([(SCENE, scene, 0)])
 
-    def compressed(self, metadata: Mapping[str, str], messages: Iterable[Logged]) -> memoryview:
-        """A whole file."""
+    def compressed(self, metadata: Mapping[str, str], tell: Callable[[], None]) -> memoryview:
+        """A whole file of what is told to the channels."""
         file, config = io.BytesIO(), self.config
         with foxglove.open_mcap(file, context=self.channels.context, writer_options=_FINISHED) as writer:
             writer.write_metadata(METADATA, dict(metadata))
             writer.attach(**vars(config))
-            for message in messages:
-                self.channels.log(*message)
+            tell()
         return file.getbuffer()
 
 
 class RecordingFile:
-    """Takes messages, from its making until it is finished or dropped."""
+    """Takes moments, from its making until it is finished or dropped."""
 
     def __init__(self, files: RecordingFiles, stem: str, metadata: Mapping[str, str]) -> None:
         """Open it.
@@ -61,33 +67,31 @@ class RecordingFile:
             OSError: the file cannot be made.
         """
         self._files, self._stem, self._metadata = files, stem, metadata
-        self._messages: list[Logged] = []
         self.part = files.folder / f"{stem}.mcap.part"
         self._file = _opened(self.part)
-        self._file.write(files.plain.beginning(Metadata(METADATA, dict(metadata))))
+        self._file.write(files.plain.beginning(Metadata(METADATA, dict(metadata))) + files.scene)
         self._file.flush()
 
-    def add(self, messages: Sequence[Logged]) -> None:
-        """Take messages, and bring them to the disk.
+    def add(self, moments: Sequence[Moment]) -> None:
+        """Bring moments to the disk, those that follow on the last ones.
 
         Raises:
             OSError: they could not be written.
         """
-        self._messages += messages
-        self._file.write(self._files.plain.messages(messages))
+        self._file.write(self._files.plain.messages([(journal.TOPIC, journal.packed(moments), moments[-1].time)]))
         self._file.flush()
 
-    def finish(self, outcome: str, last: Sequence[Logged]) -> Path:
-        """Complete the file by its last messages, under its final name.
+    def finish(self, outcome: str, tell: Callable[[], None]) -> Path:
+        """Put the whole file, which `tell` tells to the channels, in the place of the journal; under its final name.
 
         Raises:
             OSError: it could not be written.
         """
         self._file.close()
         path = self._files.folder / f"{self._stem}_{outcome}.mcap"
-        whole = path.with_name(path.name + ".new")
+        whole = self._files.folder / f"{self._stem}.mcap.new"
         try:
-            whole.write_bytes(self._files.compressed(self._metadata, [*self._messages, *last]))
+            whole.write_bytes(self._files.compressed(self._metadata, tell))
             whole.replace(path)
         except OSError:
             whole.unlink(missing_ok=True)

@@ -1,7 +1,8 @@
 """MCAP without chunks and index, as bytes: what a recording in progress holds; https://mcap.dev/spec."""
 
 import struct
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
+from typing import NamedTuple
 
 import foxglove
 from mcap.data_stream import RecordBuilder
@@ -16,14 +17,29 @@ _BEYOND_LENGTH = _MESSAGE.size - 9
 Logged = tuple[str, bytes, int]  # topic, message and simulated ns
 
 
+class OtherChannel(NamedTuple):
+    """A channel without a schema."""
+
+    topic: str
+    encoding: str
+    metadata: Mapping[str, str]
+
+
 class PlainMcap:
     """Encodes what recordings of the same channels and configuration hold."""
 
-    def __init__(self, schemas: Mapping[str, foxglove.Schema], attachment: Attachment) -> None:
-        """Encode what they have in common; schemas by topic."""
-        self._numbers = {topic: number for number, topic in enumerate(schemas, 1)}
-        declared = [_declared(topic, schema, number) for number, (topic, schema) in enumerate(schemas.items(), 1)]
-        self._common = _encoded(attachment, *(record for records in declared for record in records))
+    def __init__(
+        self, schemas: Mapping[str, foxglove.Schema], attachment: Attachment, others: Collection[OtherChannel] = ()
+    ) -> None:
+        """Encode what they have in common; schemas by topic, and channels that have none."""
+        topics = [*schemas, *(other.topic for other in others)]
+        self._numbers = {topic: number for number, topic in enumerate(topics, 1)}
+        declared: list[McapRecord] = []
+        for topic, schema in schemas.items():
+            declared += _declared(topic, schema, self._numbers[topic])
+        for topic, encoding, metadata in others:
+            declared.append(Channel(self._numbers[topic], topic, encoding, dict(metadata), 0))
+        self._common = _encoded(attachment, *declared)
 
     def beginning(self, metadata: Metadata) -> bytes:
         """All before the messages."""

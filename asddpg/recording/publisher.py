@@ -1,54 +1,50 @@
 """Tells episodes: what a recording has of them, message by message."""
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+import itertools
+import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-import numpy as np
 from foxglove.messages import Log, LogLevel
 
-from asddpg.recording.moments import Moment, MomentReader, Watched
-from asddpg.recording.robot_messages import goal_pose, kept_ranges, on_grid, picture_message, states, timestamp
-from asddpg.recording.scene_messages import PathUpdate, Point, scene_update
-from asddpg.recording.step_message import cmd_vel_json, outcome_json, step_json
+from asddpg.recording.channels import LogMessage
+from asddpg.recording.moments import Moment
+from asddpg.recording.robot_messages import goal_pose, picture_message, timestamp
+from asddpg.recording.scene_messages import PathUpdate, Point
+from asddpg.recording.states import States
+from asddpg.recording.step_message import outcome_json, reward_of
 from asddpg.recording.topics import CAMERA, CMD_VEL, GOAL, LOG, ODOM, OUTCOME, PATH, SCAN, SCENE, STEP, TF
-from asddpg.types import Episode
-from tasks.scene_parts import scene_parts
+from asddpg.types import Driver, Episode
 
 STEPS_BETWEEN_PATHS = 10  # the path so far is told anew each time, whole
-
-LogMessage = Callable[[str, bytes, int], object]  # gets topic, message and simulated ns
 
 
 class Publisher:
     """One environment's episodes, one after the other."""
 
-    def __init__(self, log: LogMessage, environment: Watched, reader: MomentReader, is_video: bool = False) -> None:
-        """Tell of an environment what a reader reads in it.
+    def __init__(
+        self, log: Mapping[str, LogMessage], states: States, scene: bytes | None, is_video: bool = False
+    ) -> None:
+        """Tell episodes of a scene.
 
         Args:
-            log: gets the messages.
-            environment: what is watched.
-            reader: gives the moments.
-            is_video: whether their pictures are H.264 and not JPEG.
+            log: gets the messages, by topic.
+            states: tells where everything is.
+            scene: the message of /scene; None where it is told already.
+            is_video: whether cameras' pictures are H.264 and not JPEG.
         """
-        self._log, self._is_video = log, is_video
-        num_scans, self._num_beams = environment.scan_shape
-        self._velocity = slice(num_scans * self._num_beams, num_scans * self._num_beams + 2)
-        self._frames = reader.frames
-        self._base = [frame.name for frame in reader.frames.frames].index("base")
-        self._states = states(reader.frames.frames, self._num_beams)
-        self._scene = scene_update(scene_parts(environment.physics.model.ptr)).encode()
+        self._log, self._states, self._scene, self._is_video = log, states, scene, is_video
         self._path = PathUpdate()
         self._goal = (0.0, 0.0)
         self._time = 0
         self.begins_at = 0  # ns, added to the times of an episode
 
     def tell(self, moments: Sequence[Moment]) -> None:
-        """An episode's beginning, its steps, one after the other; several at once take half the time."""
+        """An episode's beginning, its steps, one after the other; many at once take a fraction of the time."""
         for moment, place in self._tell_states(moments):
-            if moment.step is None:
-                self._begin(moment, place)
+            if moment.driver:
+                self._step(moment, place)
             else:
-                self._step(moment, moment.step.decision.driver.value, place)
+                self._begin(moment, place)
 
     def take_up(self, moment: Moment, start: Point, driven: Iterable[tuple[str, Point]]) -> None:
         """What there was to tell of a beginning and has changed since, for somebody who comes in the middle of it.
@@ -65,68 +61,77 @@ class Publisher:
             self._path.extend(driver, place)
         self._tell_path()
 
+    def cut(self, moments: Sequence[Moment]) -> Episode:
+        """Figures of an episode that is broken off after some moments."""
+        places = [self._states.place(moment) for moment in moments]
+        return Episode(
+            "cut",
+            len(moments) - 1,
+            sum(reward_of(moment) for moment in moments),
+            sum(moment.driver == Driver.CONTROLLER for moment in moments),
+            sum(itertools.starmap(math.dist, itertools.pairwise(places))),
+        )
+
     def end(self, episode: Episode) -> None:
         """How it ended."""
         self._tell_path()
-        self._log(OUTCOME, outcome_json(episode), self._time)
+        self._log[OUTCOME](outcome_json(episode), self._time)
         self.say(f"{episode.outcome} after {episode.steps} steps, {episode.path_length:.1f} m driven")
 
     def say(self, text: str, level: LogLevel = LogLevel.Info) -> None:
         """A line of the log."""
         message = Log(timestamp=timestamp(self._time), level=level, message=text, name="asddpg")
-        self._log(LOG, message.encode(), self._time)
+        self._log[LOG](message.encode(), self._time)
 
     def _begin(self, moment: Moment, place: Point) -> None:
         """The room, the goal, and how things stand."""
         self._tell_setting(moment)
         self._path.begin(place)
         self._tell_path()
-        (x, y), (goal_x, goal_y) = place, moment.goal
+        (x, y), (goal_x, goal_y) = place, self._goal
         self.say(f"from ({x:.2f}, {y:.2f}) to the goal ({goal_x:.2f}, {goal_y:.2f})")
 
     def _tell_setting(self, moment: Moment) -> None:
         """The room, the goal, and that nothing has ended."""
-        self._log(SCENE, self._scene, self._time)
-        self._log(OUTCOME, outcome_json(None), self._time)
-        self._tell_goal(moment.goal)
+        if self._scene is not None:
+            self._log[SCENE](self._scene, self._time)
+        self._log[OUTCOME](outcome_json(None), self._time)
+        self._tell_goal(self._states.goal(moment))
         self._tell_pictures(moment)
 
-    def _step(self, moment: Moment, driver: str, place: Point) -> None:
+    def _step(self, moment: Moment, place: Point) -> None:
         """What was chosen in a step, and what came of it."""
-        self._log(STEP, step_json(moment), self._time)
-        self._log(CMD_VEL, cmd_vel_json(moment), self._time)
-        if moment.goal != self._goal:
-            self._tell_goal(moment.goal)
+        self._log[STEP](moment.step, self._time)
+        self._log[CMD_VEL](moment.command, self._time)
+        goal = self._states.goal(moment)
+        if goal != self._goal:
+            self._tell_goal(goal)
         self._tell_pictures(moment)
-        self._path.extend(driver, place)
+        self._path.extend(moment.driver, place)
         if (moment.number + 1) % STEPS_BETWEEN_PATHS == 0:
             self._tell_path()
 
     def _tell_states(self, moments: Sequence[Moment]) -> Iterator[tuple[Moment, Point]]:
         """Where everything is and what is seen, a moment at a time; yields the robot's place."""
         times = [self.begins_at + moment.time for moment in moments]
-        observations = np.array([moment.observation for moment in moments])
-        places = self._frames.relative([moment.bodies for moment in moments])
-        motions = places[:, self._base], observations[:, self._velocity]
-        kept = on_grid(np.concatenate((*motions, places.reshape(len(times), -1)), axis=1))
-        told = self._states.fill(times, np.concatenate((kept, kept_ranges(observations, self._num_beams)), axis=1))
-        for moment, time, (frames, scan, motion), (x, y) in zip(
-            moments, times, told, kept[:, :2].tolist(), strict=True
+        tell_frames, tell_scan, tell_motion = self._log[TF], self._log[SCAN], self._log[ODOM]
+        for moment, time, (frames, scan, motion, place) in zip(
+            moments, times, self._states.of(moments, times), strict=True
         ):
             self._time = time
-            self._log(TF, frames, time)
-            self._log(SCAN, scan, time)
-            self._log(ODOM, motion, time)
-            yield moment, (x, y)
+            tell_frames(frames, time)
+            tell_scan(scan, time)
+            tell_motion(motion, time)
+            yield moment, place
 
     def _tell_path(self) -> None:
-        self._log(PATH, self._path.message().encode(), self._time)
+        self._log[PATH](self._path.message().encode(), self._time)
 
     def _tell_pictures(self, moment: Moment) -> None:
         for camera, picture in moment.pictures.items():
             message = picture_message(camera, picture, self._time, self._is_video)
-            self._log(f"{CAMERA}{camera}", message.encode(), self._time)
+            self._log[f"{CAMERA}{camera}"](message.encode(), self._time)
 
     def _tell_goal(self, goal: Point) -> None:
         self._goal = goal
-        self._log(GOAL, goal_pose(goal, self._time).encode(), self._time)
+        self._log[GOAL](goal_pose(goal, self._time).encode(), self._time)

@@ -18,6 +18,7 @@ from zstandard import ZstdError
 
 from asddpg.errors import UserError
 from asddpg.recording.chunks import records_in, unpacked_config
+from asddpg.recording.journal_reading import in_full
 from asddpg.recording.mcap_file import CONFIG, METADATA
 from asddpg.recording.topics import GOAL, OUTCOME, STEP
 from asddpg.recording.whole_reads import WholeReads
@@ -27,7 +28,7 @@ PART = ".part"  # ending of a recording that was not completed
 # What reading a damaged file raises.
 DAMAGE = (
     *(McapError, ZstdError, DecodeError, EOFError, struct.error, ValueError, LookupError, MemoryError),
-    *(TypeError, RecursionError),
+    *(TypeError, RecursionError, ArithmeticError),
 )
 
 
@@ -84,7 +85,7 @@ class Recording:
         """
         schemas: dict[int, Schema] = {}
         channels: dict[int, tuple[str, Callable[[bytes], Any]]] = {}  # the wanted ones
-        for record in _records(self.path):
+        for record in _told(self.path):
             if isinstance(record, Schema):
                 schemas[record.id] = record
             elif isinstance(record, Channel):
@@ -158,6 +159,15 @@ def decoder_of(channel: Channel, schema: Schema | None) -> Callable[[bytes], Any
     if decoder is None:
         raise UserError(f"the topic {channel.topic} is in {channel.message_encoding}, which nobody here can read")
     return decoder
+
+
+def _told(path: Path) -> Iterator[McapRecord]:
+    """All records of a file in turn, a journal as messages; a part ends where it is damaged."""
+    try:
+        yield from in_full(_records(path))
+    except DAMAGE as error:
+        if path.suffix != PART:
+            raise _damaged(path, error) from error
 
 
 def _records(path: Path) -> Iterator[McapRecord]:

@@ -8,15 +8,17 @@ from typing import Any, SupportsFloat
 
 from asddpg.recording.cameras import Cameras
 from asddpg.recording.channels import Channels
+from asddpg.recording.journal import Layout
 from asddpg.recording.mcap_file import RecordingFile, RecordingFiles
-from asddpg.recording.moments import Moment, MomentReader, Watched
-from asddpg.recording.plain_mcap import Logged
+from asddpg.recording.moments import Moment, MomentReader, Reading, Watched
 from asddpg.recording.publisher import Publisher
-from asddpg.recording.step_message import as_json
-from asddpg.tally import Tally
+from asddpg.recording.scene_messages import scene_message
+from asddpg.recording.states import States
+from asddpg.recording.step_message import as_json, told
 from asddpg.types import Episode, Observation, Step
+from tasks.body_frames import BodyFrames
 
-BATCH_STEPS = 10  # told and brought to the disk at once; a killed process loses no more
+BATCH_STEPS = 10  # brought to the disk at once; a killed process loses no more
 
 
 @dataclass(frozen=True)
@@ -83,13 +85,15 @@ class Recorder:
         self._folder, self._facts, self._selection, self._say = folder, provenance.facts, selection, say
         is_video = cameras is not None and cameras.is_video
         channels = Channels(cameras.names if cameras else (), is_video)
-        self._files = RecordingFiles(folder, channels, provenance.config)
+        model, scan_shape = environment.physics.model.ptr, environment.scan_shape
+        layout, scene = Layout(BodyFrames.of(model), scan_shape, is_video), scene_message(model)
+        self._files = RecordingFiles(folder, channels, provenance.config, layout, scene)
         self._kept = deque(sorted(folder.glob("*.mcap")))
         self._reader = MomentReader(environment, cameras)
-        self._logged: list[Logged] = []
-        self._publisher = Publisher(self._log, environment, self._reader, is_video)
+        self._publisher = Publisher(channels.log, States(layout.frames, scan_shape), scene, is_video)
         self._file: RecordingFile | None = None
-        self._waiting: list[Moment] = []
+        self._readings: list[Reading] = []  # since moments were brought to the disk
+        self._moments: list[Moment] = []  # there
         self._steps, self._episodes = first_step, first_episode
         self._counts_steps = counts_steps
         self._has_failed = False
@@ -103,12 +107,12 @@ class Recorder:
             self._try(lambda: self._open(observation, info))
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
-        """Keep what there is to tell, and tell it when there is enough."""
+        """Keep what there is to tell, and bring it to the disk when there is enough."""
         self._steps += self._counts_steps
         if self._file is not None:
-            self._waiting.append(self._reader.step(step))
-            self._tally.add(step)
-            if (self._waiting[-1].number + 1) % BATCH_STEPS == 0:
+            reading = self._reader.step(step)
+            self._readings.append(reading)
+            if (reading.number + 1) % BATCH_STEPS == 0:
                 self._try(self._bring)
 
     def end_episode(self, episode: Episode) -> None:
@@ -119,7 +123,8 @@ class Recorder:
     def close(self) -> None:
         """Complete the file of an episode that was broken off."""
         if self._file is not None:
-            self.end_episode(self._tally.episode("cut"))
+            self._moments += self._taken()
+            self.end_episode(self._publisher.cut(self._moments))
 
     # Files --------------------------------------------------------------------------------------------------------
 
@@ -129,21 +134,18 @@ class Recorder:
         facts |= {name: as_json(list(info[name])).decode() for name in ("start", "goal")}
         name = f"{self._steps:08d}_{self._episodes:05d}"
         self._file = RecordingFile(self._files, name, {**self._facts, **facts})
-        self._tally, self._waiting = Tally(info), [self._reader.begin(observation)]
+        self._readings, self._moments = [self._reader.begin(observation)], []
 
     def _bring(self) -> None:
         assert self._file is not None
-        self._file.add(self._told())
+        moments = self._taken()
+        self._file.add(moments)
+        self._moments += moments
 
-    def _told(self) -> list[Logged]:
-        """Messages of what waited."""
-        waiting, self._waiting, self._logged = self._waiting, [], []
-        if waiting:
-            self._publisher.tell(waiting)
-        return self._logged
-
-    def _log(self, topic: str, message: bytes, time: int) -> None:
-        self._logged.append((topic, message, time))
+    def _taken(self) -> list[Moment]:
+        """What was read, in words."""
+        readings, self._readings = self._readings, []
+        return [told(reading) for reading in readings]
 
     def _finish(self, episode: Episode) -> None:
         assert self._file is not None
@@ -151,14 +153,17 @@ class Recorder:
             file, self._file = self._file, None
             file.drop()
             return
-        messages = self._told()
-        self._publisher.end(episode)
-        self.last = self._file.finish(episode.outcome, messages)
+        self.last = self._file.finish(episode.outcome, lambda: self._tell(episode))
         self._file = None
         self.files += 1
         self._kept.append(self.last)
         while self._selection.keep is not None and len(self._kept) > self._selection.keep:
             self._kept.popleft().unlink(missing_ok=True)
+
+    def _tell(self, episode: Episode) -> None:
+        """The whole episode, to the file that is open."""
+        self._publisher.tell(self._moments + self._taken())
+        self._publisher.end(episode)
 
     def _try(self, act: Callable[[], None]) -> None:
         try:

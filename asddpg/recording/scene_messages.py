@@ -2,6 +2,7 @@
 
 from collections import defaultdict
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from foxglove.messages import (
     Color,
@@ -20,7 +21,7 @@ from foxglove.messages import (
 )
 
 from asddpg.recording.robot_messages import on_grid
-from tasks.scene_parts import WORLD, Part, Shape
+from tasks.scene_parts import WORLD, Part, Shape, scene_parts
 
 PATH_WIDTH = 0.03  # m
 PATH_HEIGHT = 0.02  # m above the floor
@@ -42,6 +43,12 @@ def scene_update(parts: Sequence[Part]) -> SceneUpdate:
     for part in parts:
         by_body[part.owner, part.frame].append(part)
     return SceneUpdate(entities=[_entity(owner, frame, own) for (owner, frame), own in by_body.items()])
+
+
+def scene_message(model: Any) -> bytes:
+    """/scene of a compiled model."""
+    encoded: bytes = scene_update(scene_parts(model)).encode()
+    return encoded
 
 
 def _entity(owner: str, frame: str, parts: Sequence[Part]) -> SceneEntity:

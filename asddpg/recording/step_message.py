@@ -5,41 +5,51 @@ from typing import Any
 
 import orjson
 
-from asddpg.recording.moments import NANOSECONDS, Moment
-from asddpg.types import Action, Episode
+from asddpg.recording.moments import NANOSECONDS, Moment, Reading
+from asddpg.types import Action, Episode, Step
+from tasks.state_digest import digest_of
 
-_SCALE = 1e5  # what is only looked at has 5 digits after the point
-
-
-def step_json(moment: Moment) -> bytes:
-    """/step of a moment that ends a step."""
-    assert moment.step is not None
-    decision, info = moment.step.decision, moment.step.info
-    return as_json(
-        {
-            "step": moment.number,
-            "time": moment.time / NANOSECONDS,
-            "driver": decision.driver,
-            "action": _exactly(decision.action),
-            "actor": _about(decision.actor_action),
-            "controller": _about(decision.controller_action),
-            "noise": _about(decision.noise),
-            "q_policy": _rounded(decision.q_policy),
-            "q_controller": _rounded(decision.q_controller),
-            "value": _rounded(decision.value),
-            "reward": _rounded(moment.step.reward),
-            "terms": {name: _rounded(term) for name, term in info.get("reward_terms", {}).items()},
-            "distance": _rounded(info.get("distance")),
-            "pushed": info.get("pushed", 0),
-            "digest": moment.digest,
-        }
-    )
+_SCALE = 1e5
+_MICROSECOND = 1_000  # ns: what is smaller is rounding errors
+Velocity = dict[str, Any]  # v in m/s, omega in rad/s
 
 
-def cmd_vel_json(moment: Moment) -> bytes:
-    """/cmd_vel of a moment that ends a step."""
-    assert moment.step is not None
-    return as_json(_exactly(moment.step.decision.action))
+def told(reading: Reading) -> Moment:
+    """What is told of a reading."""
+    number, step, observation, seconds, positions, quaternions, qpos, qvel, pictures = reading
+    time = round(seconds * (NANOSECONDS / _MICROSECOND)) * _MICROSECOND
+    if step is None:
+        return Moment(number, time, "", b"", b"", observation, positions, quaternions, pictures)
+    action = _velocity(step.decision.action)
+    message = as_json(_step(step, number, time / NANOSECONDS, action, digest_of(qpos, qvel)))
+    driver, command = step.decision.driver.value, as_json(action)
+    return Moment(number, time, driver, message, command, observation, positions, quaternions, pictures)
+
+
+def reward_of(moment: Moment) -> float:
+    """What its step earned, 0 where there was none."""
+    return float(orjson.loads(moment.step)["reward"]) if moment.step else 0.0
+
+
+def _step(step: Step, number: int, time: float, action: Velocity | None, digest: int) -> dict[str, Any]:
+    decision, info = step.decision, step.info
+    return {
+        "step": number,
+        "time": time,
+        "driver": decision.driver,
+        "action": action,
+        "actor": _velocity(decision.actor_action),
+        "controller": _velocity(decision.controller_action),
+        "noise": _velocity(decision.noise),
+        "q_policy": _rounded(decision.q_policy),
+        "q_controller": _rounded(decision.q_controller),
+        "value": _rounded(decision.value),
+        "reward": step.reward,
+        "terms": info.get("reward_terms", {}),
+        "distance": _rounded(info.get("distance")),
+        "pushed": info.get("pushed", 0),
+        "digest": digest,
+    }
 
 
 def outcome_json(episode: Episode | None) -> bytes:
@@ -62,18 +72,11 @@ def as_json(message: Any) -> bytes:
     return orjson.dumps(message, option=orjson.OPT_SERIALIZE_NUMPY)
 
 
-def _exactly(action: Action) -> dict[str, Any]:
-    """(v, ω) in the digits that give the same float32 back: from it the episode can be run again."""
-    return {"v": action[0], "omega": action[1]}
-
-
-def _about(action: Action | None) -> dict[str, Any] | None:
-    if action is None:
-        return None
-    v, omega = action.tolist()
-    return {"v": _rounded(v), "omega": _rounded(omega)}
+def _velocity(action: Action | None) -> Velocity | None:
+    """(v, ω) in the digits that give the same float32 back: from the executed one the episode can be run again."""
+    return None if action is None else {"v": action[0], "omega": action[1]}
 
 
 def _rounded(value: float | None) -> float | None:
-    """To a few digits; round(value, 5) would take thrice as long."""
+    """To a few digits, for what is only looked at; round(value, 5) would take thrice as long."""
     return None if value is None or not isfinite(value) else round(value * _SCALE) / _SCALE

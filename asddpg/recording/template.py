@@ -68,7 +68,7 @@ class Template:
         # A double at every byte: [moment, where it begins].
         doubles = np.ndarray((len(times), length - 7), dtype="<f8", buffer=filled, strides=(length, 1))
         doubles[:, self._numbers] = numbers
-        filled[:, self._stamps] = _digits(np.array([divmod(time, NANOSECONDS) for time in times]))[:, None]
+        filled[:, self._stamps] = _digits(np.stack(np.divmod(times, NANOSECONDS), axis=-1))[:, None]
         rows = (row.tobytes() for row in filled)
         return [[row[message] for message in self._messages] for row in rows]
 

@@ -36,6 +36,7 @@ from asddpg.compose import train_config
 from asddpg.drivers import FixedDriver, controller_alone
 from asddpg.errors import UserError
 from asddpg.loop import run_episode
+from asddpg.recording.journal import Layout
 from asddpg.recording.reading import Recording, open_recording
 from asddpg.recording.recorder import BATCH_STEPS, Provenance, Recorder, Selection, each
 from asddpg.recording.robot_messages import states
@@ -444,8 +445,9 @@ def test_relative_frames_compose_to_the_world_s() -> None:
     for _ in range(4):
         environment.step(np.array([0.3, 0.8], dtype=np.float32))
     physics = watched(environment).physics
-    frames = BodyFrames(physics.model.ptr)
-    (places,) = frames.relative([frames.sample(physics.data.ptr)])
+    frames = BodyFrames.of(physics.model.ptr)
+    data = physics.data.ptr
+    (places,) = frames.relative([data.xpos.tobytes() + data.xquat.tobytes()])
     in_world: dict[str, tuple[Any, Any]] = {"world": (np.zeros(3), np.eye(3))}
     for frame, place in zip(frames.frames, places, strict=True):
         position, turn = in_world[frame.parent]
@@ -539,3 +541,14 @@ def test_recordings_of_before_are_kept(tmp_path: Path, monkeypatch: pytest.Monke
     for _ in range(2):
         evaluate.main(["agent=controller", "task=nav_empty", "episodes=1", "record.every=1"])
     assert sorted(path.name for path in tmp_path.glob("evaluated*")) == ["evaluated_episodes", "evaluated_episodes_2"]
+
+
+def test_how_to_read_a_journal_comes_back_from_its_text_and_bounds_what_it_asks_for() -> None:
+    environment = environment_of("nav_gazebo")
+    environment.reset(seed=101)
+    layout = Layout(BodyFrames.of(watched(environment).physics.model.ptr), (3, 40), is_video=False)
+    text = layout.as_text()
+    assert Layout.of_text(text).as_text() == text
+    for wrong in ({"scan_shape": "[3, 1e12]"}, {"scan_shape": "[3]"}, {"frames": "{}"}):
+        with pytest.raises((ValueError, LookupError)):
+            Layout.of_text({**text, **wrong})

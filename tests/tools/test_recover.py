@@ -106,7 +106,7 @@ def test_a_part_becomes_a_complete_recording(part: Path, tmp_path: Path, capsys:
     assert found.facts == whole.facts
     assert found.config == whole.config
     assert found.steps() == whole.steps()[: CUT_AFTER - CUT_AFTER % BATCH_STEPS]
-    for topic in ("/tf", "/scan", "/odom", "/cmd_vel", "/scene", "/goal"):
+    for topic in ("/tf", "/scan", "/odom", "/step", "/cmd_vel", "/scene", "/goal"):
         # As text: each file brings protobuf classes of its own.
         saved, written = ([(each.time, str(each.content)) for each in file.messages(topic)] for file in (found, whole))
         assert saved
@@ -153,7 +153,7 @@ def test_wherever_a_file_ends_whole_steps_are_saved(part: Path, tmp_path: Path) 
     whole = part.read_bytes()
     steps = open_recording(part).steps()
     saved = []
-    for size in range(len(whole) - 3000, len(whole), 97):
+    for size in [*range(len(whole) * 4 // 5, len(whole), 331), len(whole)]:  # the last ten steps take a quarter
         source, target = tmp_path / f"{size}.mcap.part", tmp_path / f"{size}_cut.mcap"
         source.write_bytes(whole[:size])
         assert open_recording(source).steps() == steps[: len(open_recording(source).steps())]
@@ -203,6 +203,32 @@ def test_wrong_bytes_are_not_taken_for_right_ones(recording: Path, tmp_path: Pat
             continue
         saved = open_recording(tmp_path / f"{begin}_new.mcap").steps()
         assert saved == steps[: len(saved)]
+
+
+def test_a_part_reads_like_the_file_it_would_have_become(part: Path) -> None:
+    whole = open_recording(next((part.parent / "whole").glob("*.mcap")))
+    # As text: each file brings protobuf classes of its own.
+    read, written = (
+        [(each.topic, each.time, str(each.content)) for each in file.messages()]
+        for file in (open_recording(part), whole)
+    )
+    assert len(read) > 100
+    scene, *others = read  # which the part holds ahead of everything else
+    assert scene in written[:10]
+    written.remove(scene)
+    assert others == written[: len(others)]
+
+
+@pytest.mark.parametrize(("old", "new"), [(b'"num_bodies"', b'"num_bodieX"'), (b"[3,40]", b"[3,9]9")])
+def test_a_journal_that_does_not_say_how_to_read_it_is_a_sentence(
+    part: Path, tmp_path: Path, old: bytes, new: bytes
+) -> None:
+    source = tmp_path / "00.mcap.part"
+    assert old in part.read_bytes()
+    source.write_bytes(part.read_bytes().replace(old, new.ljust(len(old))[: len(old)]))
+    assert open_recording(source).steps() == []
+    with pytest.raises(UserError, match="holds no whole step"):
+        recover.main([str(source)])
 
 
 # What goes wrong -------------------------------------------------------------------------------------------------
