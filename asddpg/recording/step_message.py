@@ -1,6 +1,6 @@
 """The JSON of a recording: what /step, /cmd_vel and /outcome say."""
 
-from math import isfinite
+from math import isfinite, nan
 from typing import Any
 
 import orjson
@@ -27,8 +27,9 @@ def told(reading: Reading) -> Moment:
 
 
 def reward_of(moment: Moment) -> float:
-    """What its step earned, 0 where there was none."""
-    return float(orjson.loads(moment.step)["reward"]) if moment.step else 0.0
+    """What its step earned, 0 where there was none; NaN where that was no finite number."""
+    reward = orjson.loads(moment.step)["reward"] if moment.step else 0.0
+    return nan if reward is None else float(reward)
 
 
 def _step(step: Step, number: int, time: float, action: Velocity | None, digest: int) -> dict[str, Any]:

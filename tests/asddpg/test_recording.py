@@ -277,6 +277,21 @@ def test_an_episode_that_is_broken_off_is_completed_as_cut(tmp_path: Path) -> No
     assert len(open_recording(path).steps()) == open_recording(path).outcome()["steps"] == 13
 
 
+def test_a_recording_broken_off_by_a_reward_gone_wrong_is_completed_too(tmp_path: Path) -> None:
+    environment = environment_of()
+    recorder = recorder_for(tmp_path, environment)
+    observation, info = environment.reset(options={"start": (0.0, 0.0, 0.0), "goal": (2.0, 2.0)})
+    recorder.begin_episode(observation, info)
+    decision = Decision(np.zeros(2, dtype=np.float32), Driver.CONTROLLER)
+    for reward in (0.5, float("nan")):
+        observation, _, _, _, info = environment.step(decision.action)
+        recorder.step(Step(observation, decision, reward, observation, False, False, info), {})
+    recorder.close()
+    outcome = open_recording(next(tmp_path.iterdir())).outcome()
+    assert (outcome["outcome"], outcome["steps"], outcome["controller_share"]) == ("cut", 2, 1.0)
+    assert outcome["total_reward"] is None
+
+
 def test_a_part_holds_all_but_the_last_steps(tmp_path: Path) -> None:
     environment = environment_of()
     recorder = recorder_for(tmp_path, environment)
