@@ -3,8 +3,10 @@
 One factor taken away from the default at a time, or added where the default does without; and each added alone to the
 paper's setting, agent=asddpg_paper, for which paper_seeds=100 takes fewer seeds. tools/ablation_factors.py holds the
 factors. Trains what is missing in runs/ablation, two runs at a time, and writes the table; broken off, it goes on where
-it was, a run in progress begins anew. `list` prints the runs and how long they take, `table` the table of those there
-are. Other words of `python -m asddpg.train` go to every run.
+it was. The first seed goes first: a setting that then reaches 0.1 less than what it is measured against, or less than
+0.1 at all, is ruled out and not trained on the others (`rule_out=0.2` for another margin, `rule_out=none` to train
+all). `list` prints the runs and how long they take, `table` the table of those there are. Other words of
+`python -m asddpg.train` go to every run.
 """
 
 import re
@@ -16,10 +18,12 @@ from pathlib import Path
 from asddpg.errors import UserError
 from asddpg.program import run
 from tools.ablation_factors import FACTORS, Factor
+from tools.ablation_screening import first_round, screened
 from tools.ablation_table import Row, report
 from tools.option_words import options_in
-from tools.run_grid import VERBS, run_grid
+from tools.run_grid import VERBS, results_of, run_grid
 from tools.run_groups import Group
+from tools.run_store import stored_runs
 
 FOLDER = Path("runs") / "ablation"
 ROOTS = {"default": "agent=asddpg", "paper": "agent=asddpg_paper"}
@@ -35,6 +39,7 @@ class Request:
     seeds: tuple[int, ...]
     paper_seeds: tuple[int, ...]
     steps: int
+    margin: float | None
     words: tuple[str, ...]
 
 
@@ -61,16 +66,25 @@ def request(words: Sequence[str]) -> Request:
     steps = _whole_numbers("steps", options.pop("steps", "60000"))
     if len(steps) > 1:
         raise UserError(f"steps must be one whole number, not {len(steps)}")
+    margin = _margin(options.pop("rule_out", "0.1"))
     chosen = {name: factor for name, factor in FACTORS.items() if name in plain}
     rest = {"task": "nav_complex"} | options
     shared = tuple(f"{name}={value}" for name, value in rest.items())
-    return Request("".join(verbs), chosen or FACTORS, seeds, paper_seeds, steps[0], shared)
+    return Request("".join(verbs), chosen or FACTORS, seeds, paper_seeds, steps[0], margin, shared)
 
 
 def _whole_numbers(name: str, text: str) -> tuple[int, ...]:
     if not re.fullmatch(r"\d+(,\d+)*", text):
         raise UserError(f"{name} must be whole numbers such as {name}=100,101, not {text!r}")
     return tuple(dict.fromkeys(int(number) for number in text.split(",")))
+
+
+def _margin(text: str) -> float | None:
+    if text == "none":
+        return None
+    if not re.fullmatch(r"0?\.\d+|[01](\.0*)?", text):
+        raise UserError(f"rule_out must be a share of episodes such as rule_out=0.1, or none, not {text!r}")
+    return float(text)
 
 
 def rows(asked: Request) -> dict[str, Row]:
@@ -109,10 +123,20 @@ def main(words: Sequence[str]) -> None:
     """Train and draw the table, or list."""
     asked = request(words)
     grid = rows(asked)
-    title = f"{shlex.join(asked.words)}, {asked.steps} steps"
-    groups = {name: row.group for name, row in grid.items()}
-    legend = _legend(asked.factors)
+    if asked.margin is not None:
+        if not asked.verb and any(len(row.group.seeds) > 1 for row in grid.values()):
+            _run(asked, grid, first_round(grid))
+        grid = screened(grid, results_of(_groups(grid), stored_runs(FOLDER)), asked.margin)
+    _run(asked, grid, _groups(grid))
+
+
+def _run(asked: Request, grid: Mapping[str, Row], groups: Mapping[str, Group]) -> None:
+    title, legend = f"{shlex.join(asked.words)}, {asked.steps} steps", _legend(asked.factors)
     run_grid(asked.verb, groups, FOLDER, lambda results: f"{report(title, grid, results)}\n\n{legend}")
+
+
+def _groups(grid: Mapping[str, Row]) -> dict[str, Group]:
+    return {name: row.group for name, row in grid.items()}
 
 
 def _legend(factors: Mapping[str, Factor]) -> str:

@@ -41,13 +41,18 @@ def run_grid(verb: str, groups: Mapping[str, Group], folder: Path, report: Calla
 def write_tables(groups: Mapping[str, Group], folder: Path, report: Callable[[Results], str]) -> None:
     """Write table.md and table.csv of the runs there are, and print the first."""
     stored = stored_runs(folder)
-    results = {name: [Result(run, figures_of(run)) for run in runs] for name, runs in finished(groups, stored).items()}
+    results = results_of(groups, stored)
     parts = [report(results), provenance(results), _missing_sentence(groups, stored)]
     text = "\n\n".join(part for part in parts if part)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "table.md").write_text(text + "\n", encoding="utf-8")
     write_csv(folder / "table.csv", groups, results)
     print(f"{text}\n\nwritten to {folder / 'table.md'} and {folder / 'table.csv'}")
+
+
+def results_of(groups: Mapping[str, Group], stored: list[StoredRun]) -> Results:
+    """The finished runs of each group with their figures."""
+    return {name: [Result(run, figures_of(run)) for run in runs] for name, runs in finished(groups, stored).items()}
 
 
 def _missing_sentence(groups: Mapping[str, Group], stored: list[StoredRun]) -> str:

@@ -2,6 +2,7 @@
 
 import csv
 import shlex
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pytest
@@ -10,8 +11,9 @@ from asddpg.errors import UserError
 from tests.tools.fake_runs import finish_group
 from tools import ablation
 from tools.ablation_factors import FACTORS, Factor
+from tools.ablation_table import Row
 from tools.run_figures import figures_of
-from tools.run_groups import finished, settings_of
+from tools.run_groups import Run, finished, settings_of
 from tools.run_store import differences, stored_runs
 from tools.run_tables import Result, write_csv
 
@@ -130,6 +132,8 @@ def test_every_rows_words_in_the_table_train_it_again_from_a_shell(tmp_path: Pat
         (["paper_seeds=a"], "paper_seeds must be whole numbers"),
         (["steps=-5"], "steps must be whole numbers"),
         (["steps=1,2"], "steps must be one whole number"),
+        (["rule_out=2"], "rule_out must be a share"),
+        (["rule_out=-0.1"], "rule_out must be a share"),
         (["steps=0"], "total_steps must be greater than 0"),
         (["agent=ddpg"], "the grid sets itself"),
         (["run_dir=x"], "the grid sets itself"),
@@ -168,6 +172,64 @@ def test_the_table_is_sorted_by_the_effect_paired_by_seed(capsys: pytest.Capture
     assert "11 runs are missing." in text
     with (ablation.FOLDER / "table.csv").open() as file:
         assert len(list(csv.DictReader(file))) == 7
+
+
+def _finish(grid: Mapping[str, Row], reaches: Mapping[str, list[float]]) -> None:
+    for name, values in reaches.items():
+        finish_group(ablation.FOLDER, name, grid[name].group, values)
+
+
+def test_what_falls_short_on_the_first_seed_is_trained_on_no_other(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["imitation", "n_steps", "annealing", "twin_critics", "seeds=100,101", "steps=1000"]
+    reaches = {
+        "default": [0.9],
+        "default_without_imitation": [0.5],
+        "default_without_n_steps": [0.85],
+        "default_for_twin_critics": [0.3],
+        "default_with_twin_critics": [0.4],
+        "paper": [0.04],
+        "paper_with_imitation": [0.2],
+        "paper_with_n_steps": [0.08],
+    }
+    _finish(ablation.rows(ablation.request(words)), reaches)
+    ablation.main(["list", *words])
+    asked = [line.split(";")[0] for line in capsys.readouterr().out.splitlines() if "seeds 100, 101;" in line]
+    assert sorted(asked) == [
+        "default: default",
+        "default_for_twin_critics: default for twin_critics",  # what it gives is needed by the row below it
+        "default_with_twin_critics: default with twin_critics",
+        "default_without_annealing: default without annealing",
+        "default_without_n_steps: default without n_steps",
+        "paper: paper",
+        "paper_with_annealing: paper with annealing",
+        "paper_with_imitation: paper with imitation",
+        "paper_with_twin_critics: paper with twin_critics",
+    ]
+    ablation.main(["list", *words, "rule_out=none"])
+    assert "default_without_imitation: default without imitation; seeds 100, 101" in capsys.readouterr().out
+    ablation.main(["table", *words])
+    assert "| default without imitation (ruled out) | 100 | 0.500 | -0.400 |" in capsys.readouterr().out
+
+
+def test_runs_of_what_is_ruled_out_stay_in_the_table(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ["imitation", "seeds=100,101,102", "steps=1000"]
+    grid = ablation.rows(ablation.request(words))
+    _finish(grid, {"default": [0.9], "default_without_imitation": [0.5, 0.9]})
+    ablation.main(["table", *words])
+    assert "| default without imitation (ruled out) | 100, 101 | 0.500, 0.900 |" in capsys.readouterr().out
+
+
+def test_the_first_seed_of_every_setting_is_trained_before_any_other(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ablation, "FACTORS", {})
+    trained: list[list[str]] = []
+
+    def train(runs: Sequence[Run], _folder: Path) -> list[Run]:
+        trained.append([run.name for run in runs])
+        return []
+
+    monkeypatch.setattr("tools.run_grid.train", train)
+    ablation.main(["seeds=100,101", "steps=1000"])
+    assert trained[0] == ["default_seed100", "paper_seed100"]
 
 
 def test_an_effect_against_another_row_than_the_first_names_it(capsys: pytest.CaptureFixture[str]) -> None:
