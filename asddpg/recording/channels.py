@@ -29,10 +29,16 @@ _PROTOBUF: Mapping[str, Any] = {
     topics.ODOM: Odometry,
     topics.LOG: Log,
 }
+
+
+def _as_schema(name: str, schema: topics.Schema) -> foxglove.Schema:
+    return foxglove.Schema(name=name, encoding="jsonschema", data=orjson.dumps(schema))
+
+
 _JSON = {
-    topics.CMD_VEL: topics.CMD_VEL_SCHEMA,
-    topics.STEP: topics.STEP_SCHEMA,
-    topics.OUTCOME: topics.OUTCOME_SCHEMA,
+    topics.CMD_VEL: _as_schema("asddpg.VelocityCommand", topics.CMD_VEL_SCHEMA),
+    topics.STEP: _as_schema("asddpg.Step", topics.STEP_SCHEMA),
+    topics.OUTCOME: _as_schema("asddpg.Outcome", topics.OUTCOME_SCHEMA),
 }
 
 
@@ -58,7 +64,7 @@ class Channels:
         picture = CompressedVideo if is_video else CompressedImage
         messages = {**_PROTOBUF, **{f"{topics.CAMERA}{name}": picture for name in cameras}}
         self.schemas = {topic: compact(message.get_schema()) for topic, message in messages.items()}
-        self.schemas |= {topic: _as_schema(schema) for topic, schema in _JSON.items()}
+        self.schemas |= _JSON
         self.context = foxglove.Context()
         self._channels = {
             topic: foxglove.Channel(
@@ -67,7 +73,3 @@ class Channels:
             for topic, schema in self.schemas.items()
         }
         self.log: Mapping[str, LogMessage] = {topic: channel.base.log for topic, channel in self._channels.items()}
-
-
-def _as_schema(schema: topics.Schema) -> foxglove.Schema:
-    return foxglove.Schema(name=schema["title"], encoding="jsonschema", data=orjson.dumps(schema))

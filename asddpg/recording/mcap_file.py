@@ -1,16 +1,18 @@
 """A recording's file: a journal while its episode goes on, told in full, compressed and complete at the end.
 
-While it is open there is `<stem>.mcap.part`, without chunks, so that a process that is killed loses what it had not
-flushed and nothing else (`python -m tools.recover` completes it). It holds moments as they were read, see journal.py;
-the final file is told of the same, and written by foxglove, at the end.
+From the first moments that are brought to the disk there is `<stem>.mcap.part`, without chunks, so that a process that
+is killed loses what came after them and nothing else (`python -m tools.recover` completes it). It holds moments as they
+were read, see journal.py; the final file is told of the same, and written by foxglove, at the end.
+
+Both are written through file descriptors: the objects of Python's own that stand before them cost 2 µs a step.
 """
 
 import contextlib
 import gzip
 import io
+import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import IO
 
 import foxglove
 from foxglove.mcap import MCAPWriteOptions
@@ -23,8 +25,10 @@ from asddpg.recording.moments import Moment
 from asddpg.recording.plain_mcap import OtherChannel, PlainMcap
 from asddpg.recording.topics import SCENE
 
-_FINISHED = MCAPWriteOptions(compression_threads=0, emit_summary_offsets=False)
+# A higher level makes files of this size no smaller, and takes 3 µs a step more.
+_FINISHED = MCAPWriteOptions(compression_level=2, compression_threads=0, emit_summary_offsets=False)
 
+_NEW, _RIGHTS = os.O_WRONLY | os.O_CREAT | os.O_TRUNC | os.O_CLOEXEC, 0o666  # less the umask
 METADATA = "asddpg"  # name of the metadata record
 CONFIG = "config.yaml.gz"  # name of the attachment
 
@@ -56,21 +60,17 @@ class RecordingFile:
     """Takes moments, from its making until it is finished or dropped."""
 
     def __init__(self, files: RecordingFiles, stem: str, metadata: Mapping[str, str]) -> None:
-        """Open it.
+        """Make nothing yet.
 
         Args:
             files: where it belongs.
             stem: its name without endings.
             metadata: what it is of.
-
-        Raises:
-            OSError: the file cannot be made.
         """
-        self._files, self._stem, self._metadata = files, stem, metadata
-        self.part = files.folder / f"{stem}.mcap.part"
-        self._file = _opened(self.part)
-        self._file.write(files.plain.beginning(Metadata(METADATA, dict(metadata))) + files.scene)
-        self._file.flush()
+        self._files, self._metadata = files, metadata
+        self._base = os.path.join(files.folder, stem)
+        self._part = f"{self._base}.mcap.part"
+        self._journal: int | None = None  # file descriptor
 
     def add(self, moments: Sequence[Moment]) -> None:
         """Bring moments to the disk, those that follow on the last ones.
@@ -78,8 +78,12 @@ class RecordingFile:
         Raises:
             OSError: they could not be written.
         """
-        self._file.write(self._files.plain.messages([(journal.TOPIC, journal.packed(moments), moments[-1].time)]))
-        self._file.flush()
+        plain = self._files.plain
+        message = plain.messages([(journal.TOPIC, journal.packed(moments), moments[-1].time)])
+        if self._journal is None:
+            self._journal = _opened(self._part)
+            message = plain.beginning(Metadata(METADATA, dict(self._metadata))) + self._files.scene + message
+        _write(self._journal, message)
 
     def finish(self, outcome: str, tell: Callable[[], None]) -> Path:
         """Put the whole file, which `tell` tells to the channels, in the place of the journal; under its final name.
@@ -87,28 +91,49 @@ class RecordingFile:
         Raises:
             OSError: it could not be written.
         """
-        self._file.close()
-        path = self._files.folder / f"{self._stem}_{outcome}.mcap"
-        whole = self._files.folder / f"{self._stem}.mcap.new"
+        path, whole = f"{self._base}_{outcome}.mcap", f"{self._base}.mcap.new"
+        content = self._files.compressed(self._metadata, tell)
         try:
-            whole.write_bytes(self._files.compressed(self._metadata, tell))
-            whole.replace(path)
+            _write_new(whole, content)
+            os.replace(whole, path)
         except OSError:
-            whole.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):
+                os.unlink(whole)
             raise
-        self.part.unlink()
-        return path
+        self.drop()
+        return Path(path)
 
     def drop(self) -> None:
-        """Close it and keep nothing."""
-        with contextlib.suppress(OSError):  # nothing that matters is left to be written
-            self._file.close()
-        self.part.unlink(missing_ok=True)
+        """Close the journal and keep nothing of it."""
+        if self._journal is None:
+            return
+        try:
+            os.close(self._journal)
+            os.unlink(self._part)
+        except FileNotFoundError:
+            pass
+        self._journal = None
 
 
-def _opened(path: Path) -> IO[bytes]:
+def _write_new(path: str, content: bytes | memoryview) -> None:
+    file = _opened(path)
     try:
-        return path.open("wb")
+        _write(file, content)
+    finally:
+        os.close(file)
+
+
+def _opened(path: str) -> int:
+    """A new file, in a folder that is made with the first one."""
+    try:
+        return os.open(path, _NEW, _RIGHTS)
     except FileNotFoundError:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        return path.open("wb")
+        os.makedirs(os.path.dirname(path), exist_ok=True)
+        return os.open(path, _NEW, _RIGHTS)
+
+
+def _write(file: int, content: bytes | memoryview) -> None:
+    """Write all of it: a disk that is nearly full takes a part, and only then says so."""
+    written = os.write(file, content)
+    while written < len(content):
+        written += os.write(file, content[written:])

@@ -10,8 +10,8 @@ CAMERA = "/camera/"  # and the camera's name
 Schema = dict[str, Any]
 
 
-def _object(title: str, **properties: Schema) -> Schema:
-    return {"title": title, "type": "object", "properties": properties}
+def _object(**properties: Schema) -> Schema:
+    return {"type": "object", "properties": properties}
 
 
 _NUMBER: Schema = {"type": "number"}
@@ -22,13 +22,12 @@ _TEXT: Schema = {"type": "string"}
 _VELOCITY: Schema = {"type": ["object", "null"], "properties": {"v": _NUMBER, "omega": _NUMBER}}
 
 # v in m/s, omega in rad/s.
-CMD_VEL_SCHEMA = _object("asddpg.VelocityCommand", v=_NUMBER, omega=_NUMBER)
+CMD_VEL_SCHEMA = _object(v=_NUMBER, omega=_NUMBER)
 
 # What was chosen in a step, what was weighed in choosing, and what it earned. `time` is that at the step's end, s;
 # `step` counts from 0 in the episode; actions in m/s and rad/s, `actor` before noise; `distance` to the goal after the
 # step, m; `digest` names the physical state after the step (tasks.state_digest).
 STEP_SCHEMA = _object(
-    "asddpg.Step",
     step=_NUMBER,
     time=_NUMBER,
     driver=_TEXT,
@@ -49,7 +48,6 @@ STEP_SCHEMA = _object(
 # `outcome` is running, then reached, crashed, timeout or cut; the figures are those of the whole episode, null before
 # its end; `path_length` in m.
 OUTCOME_SCHEMA = _object(
-    "asddpg.Outcome",
     outcome=_TEXT,
     steps=_MAYBE,
     total_reward=_MAYBE,
