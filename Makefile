@@ -5,6 +5,7 @@ BIN := $(VENV)/bin
 PIP_INSTALL = $(BIN)/python -m pip install --quiet --constraint constraints.txt
 task ?= nav_complex
 ARGS ?=
+AT_ONCE = -n auto --maxprocesses 4  # tests at once: more workers would wait for each other's physics
 
 .PHONY: help install dev train evaluate check test test-fast test-long test-node faults bench results ablation clean
 
@@ -51,10 +52,10 @@ check: dev
 	$(BIN)/python -m tools.check_models
 
 test: dev
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest $(AT_ONCE)
 
 test-fast: dev
-	$(BIN)/python -m pytest -m "not slow and not long and not faults"
+	$(BIN)/python -m pytest $(AT_ONCE) -m "not slow and not long and not faults"
 
 test-long: dev
 	$(BIN)/python -m pytest -m long

@@ -16,9 +16,9 @@ from asddpg.drivers import FixedDriver
 from asddpg.errors import UserError
 from asddpg.loop import run_episode
 from asddpg.recording.reading import open_recording
-from asddpg.recording.recorder import Provenance, Recorder, Selection, each
+from asddpg.recording.recorder import BATCH_STEPS, Provenance, Recorder, Selection, each
 from asddpg.run_folder import config_text
-from asddpg.types import Decision, Driver
+from asddpg.types import Decision, Driver, Observation
 from tasks.errors import TaskError
 from tasks.state_digest import state_digest
 from tests.asddpg.test_recording import environment_of
@@ -125,11 +125,15 @@ def test_a_recording_that_was_cut_off_is_shown_as_far_as_it_goes(tmp_path: Path)
     settings = config_text(dataclasses.asdict(train_config(["task=nav_complex"])), {})
     provenance = Provenance(settings, {"task": "nav_complex"})
     recorder = Recorder(tmp_path, watched(environment), provenance, Selection(each(1)), print)
-    recorder.begin_episode(*environment.reset())
-    (part,) = tmp_path.glob("*.part")
-    whole = part.read_bytes()
-    recorder.close()
-    for name, content in (("begun", whole), ("nothing_said", whole[:9000])):
+    parts: list[bytes] = []
+
+    def decide(_: Observation) -> Decision:
+        parts[:] = [path.read_bytes() for path in tmp_path.glob("*.part")]
+        return Decision(np.zeros(2, dtype=np.float32), Driver.POLICY)
+
+    run_episode(environment, FixedDriver(decide), (recorder,), max_steps=BATCH_STEPS + 1)
+    (with_steps,) = parts
+    for name, content in (("begun", with_steps[:-9]), ("nothing_said", with_steps[:9000])):
         cut = tmp_path / f"{name}.mcap.part"
         cut.write_bytes(content)
         assert EpisodeStates(open_recording(cut)).outcome == "running"
