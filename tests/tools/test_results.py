@@ -51,7 +51,7 @@ def test_the_controller_alone_is_measured_once_and_anew_where_the_task_has_chang
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(controller_alone, "stored_pairs", lambda *words: stored_pairs(*words)[:3])
-    config = train_config(["task=nav_empty", "controller.gains=[10,1]"])
+    config = train_config(["task=nav_empty", "task.min_linear_velocity=0", "controller.gains=[10,1]"])
     assert not controller_alone.measured([config], tmp_path, may_drive=False)
     found = controller_alone.measured([config, config], tmp_path, may_drive=True)
     path = tmp_path / "controller_nav_empty_P_10_1.json"
@@ -70,7 +70,7 @@ def test_configurations_that_differ_in_the_task_alone_do_not_take_each_others_fi
 ) -> None:
     monkeypatch.setattr(controller_alone, "stored_pairs", lambda *words: stored_pairs(*words)[:2])
     words = ["task=nav_empty", "controller.gains=[10,1]"]
-    configs = [train_config([*words, *more]) for more in ([], ["task.min_linear_velocity=0.05"])]
+    configs = [train_config([*words, f"task.min_linear_velocity={v}"]) for v in (0, 0.05)]
     found = controller_alone.measured(configs, tmp_path, may_drive=True)
     assert list(found) == ["nav_empty, P(10, 1)", "nav_empty, P(10, 1), min_linear_velocity=0.05"]
     assert len(list(tmp_path.iterdir())) == 2
