@@ -12,6 +12,7 @@ from asddpg.agent import AsDDPG
 from asddpg.annealing import Annealing
 from asddpg.config import (
     ControllerConfig,
+    PlayConfig,
     RecordConfig,
     RecordEvaluationConfig,
     RewardConfig,
@@ -25,6 +26,8 @@ from asddpg.exploration import OrnsteinUhlenbeckNoise
 from asddpg.memory import check_file, check_memory
 from asddpg.networks import Networks, NetworkShape
 from asddpg.recording.cameras import Cameras, HasPhysics
+from asddpg.recording.live import LiveView
+from asddpg.recording.live_controls import Steering
 from asddpg.replay import BalancedReplay, ReplayBuffer
 from asddpg.streams import stream
 from asddpg.types import Action
@@ -63,6 +66,21 @@ def make_cameras(record: RecordConfig | RecordEvaluationConfig, environment: Has
         return None
     width, height = record.picture_size
     return Cameras(environment, record.cameras, width, height, is_video=record.codec == "h264")
+
+
+def make_live(
+    config: TrainConfig | PlayConfig,
+    environment: NavigationEnv,
+    cameras: Cameras | None,
+    steering: Steering | None = None,
+) -> LiveView:
+    """The live view, with what cameras see; who steers nothing, as a training, gives no steering.
+
+    Raises:
+        UserError: its port cannot be had.
+    """
+    stills = cameras.stills() if cameras else None
+    return LiveView(environment, config.port, config.speed, steering, stills)
 
 
 def action_bounds(environment: gymnasium.Env) -> tuple[Action, Action]:

@@ -175,7 +175,7 @@ class RecordConfig:
     every: int = 50
     # Recordings kept at most; the oldest go.
     keep: int = 200
-    # Cameras of the scene whose pictures are recorded too, such as [chase,onboard].
+    # Cameras of the scene whose pictures are recorded too, such as [chase,onboard], and shown live.
     cameras: list[str] = field(default_factory=list)
     # Of the pictures: jpeg, or h264, which takes half the room and needs PyAV (pip install av).
     codec: str = "jpeg"
@@ -193,7 +193,7 @@ class RecordEvaluationConfig:
     only: list[int] = field(default_factory=list)
     # Outcomes whose recordings are kept: reached, crashed, timeout; empty keeps all. Alone it means every=1.
     outcomes: list[str] = field(default_factory=list)
-    # Cameras of the scene whose pictures are recorded too, such as [chase,onboard].
+    # Cameras of the scene whose pictures are recorded too, such as [chase,onboard], and shown live.
     cameras: list[str] = field(default_factory=list)
     # Of the pictures: jpeg, or h264, which takes half the room and needs PyAV (pip install av).
     codec: str = "jpeg"
@@ -405,7 +405,7 @@ def check(config: TrainConfig | EvaluateConfig | PlayConfig) -> None:
             raise UserError(f"{name} must be within ±2^63, not {shown(value)}")
         if value is not None and not _holds(is_right, value):
             raise UserError(f"{name} must be {wanted}, not {shown(value)}")
-    _check_cameras(config.record)
+    _check_cameras(config.record, is_live=getattr(config, "live", False))
     if isinstance(config, PlayConfig) and config.video is None and config.camera != PlayConfig.camera:
         raise UserError("camera chooses whose pictures a film shows, and none is made: video=out.mp4 makes one")
     if isinstance(config, TrainConfig):
@@ -420,8 +420,8 @@ def _holds(is_right: Callable[[Any], bool], value: Any) -> bool:
         return False
 
 
-def _check_cameras(record: RecordConfig | RecordEvaluationConfig) -> None:
-    if record.cameras and not record.every and not getattr(record, "only", []):
+def _check_cameras(record: RecordConfig | RecordEvaluationConfig, is_live: bool) -> None:
+    if record.cameras and not is_live and not record.every and not getattr(record, "only", []):
         raise UserError("record.cameras adds pictures to recordings, and none is made: record.every=1 records all")
 
 

@@ -12,7 +12,6 @@ from asddpg.build import (
     check_device,
     controller_for,
     make_agent,
-    make_cameras,
     make_environment,
     prepare_torch,
     watched,
@@ -21,6 +20,7 @@ from asddpg.compose import BASELINES, train_config
 from asddpg.config import ControllerConfig, DrivingConfig, RecordEvaluationConfig, TrainConfig
 from asddpg.drivers import FixedDriver, actor_alone, controller_alone, random_actor, with_switch
 from asddpg.errors import UserError
+from asddpg.recording.cameras import Cameras
 from asddpg.recording.recorder import Provenance, Recorder, Selection, each
 from asddpg.run_folder import config_text
 from asddpg.streams import stream
@@ -63,23 +63,23 @@ class Driving:
         return made_now(self.environment)
 
     def recorder(
-        self, wanted: RecordEvaluationConfig, folder: Path, pairs: str, say: Callable[[str], None]
+        self,
+        wanted: RecordEvaluationConfig,
+        folder: Path,
+        pairs: str,
+        say: Callable[[str], None],
+        cameras: Cameras | None = None,
     ) -> Recorder:
-        """Records what is driven along those pairs into a folder.
-
-        Raises:
-            UserError, TaskError: cameras are asked for that are not to be had.
-        """
-        environment = watched(self.environment)
+        """Records what is driven along those pairs into a folder, with what cameras see of it."""
         return Recorder(
             folder,
-            environment,
+            watched(self.environment),
             self.provenance(pairs),
             selection_of(wanted),
             say,
             first_step=self.step,
             counts_steps=False,
-            cameras=make_cameras(wanted, environment),
+            cameras=cameras,
         )
 
     def provenance(self, pairs: str) -> Provenance:

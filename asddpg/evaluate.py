@@ -13,6 +13,7 @@ import numpy as np
 from omegaconf import OmegaConf
 from tqdm import tqdm
 
+from asddpg.build import make_cameras, watched
 from asddpg.compose import evaluate_config, option_names
 from asddpg.config import EvaluateConfig
 from asddpg.driving import Driving, open_driving
@@ -35,7 +36,8 @@ def main(words: Sequence[str]) -> None:
     if not os.access(driving.evaluation.parent, os.W_OK):
         raise UserError(f"{driving.evaluation} cannot be written: the folder is not writable")
     folder = unused(driving.evaluation.parent / "evaluated_episodes")
-    recorder = driving.recorder(config.record, folder, pairs_name, tqdm.write)
+    cameras = make_cameras(config.record, watched(driving.environment))
+    recorder = driving.recorder(config.record, folder, pairs_name, tqdm.write, cameras)
     bar = EpisodeBar(len(pairs))
     try:
         figures = evaluate(driving.environment, driving.driver, pairs, task.control_timestep, (bar, recorder))

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from omegaconf import OmegaConf
 
-from asddpg.build import watched
+from asddpg.build import make_cameras, make_live, watched
 from asddpg.compose import option_names, play_config
 from asddpg.config import PlayConfig
 from asddpg.driving import Driving, open_driving
@@ -22,7 +22,6 @@ from asddpg.loop import run_episode
 from asddpg.program import run
 from asddpg.recording.film import Film
 from asddpg.recording.how_to_open import how_to_open, how_to_watch
-from asddpg.recording.live import LiveView
 from asddpg.recording.recorder import Recorder
 from asddpg.run_folder import unused
 from asddpg.steering import SteeredDriver
@@ -41,8 +40,9 @@ def main(words: Sequence[str]) -> None:
     driver = SteeredDriver(environment, driving.drivers, driving.name)
     folder = unused(driving.evaluation.parent / "played_episodes")
     with ExitStack() as closing:
-        recorder = driving.recorder(config.record, folder, f"drawn, seed {seed}", print)
-        live = LiveView(environment, config.port, config.speed, driver) if config.live else None
+        cameras = make_cameras(config.record, environment)
+        recorder = driving.recorder(config.record, folder, f"drawn, seed {seed}", print, cameras)
+        live = make_live(config, environment, cameras, driver) if config.live else None
         if live is not None:
             closing.callback(live.close)
         film = _film(config, driving, environment)

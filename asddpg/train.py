@@ -17,7 +17,7 @@ import gymnasium
 
 from asddpg import checkpoint
 from asddpg.agent import AsDDPG
-from asddpg.build import check_device, make_agent, make_cameras, make_environment, prepare_torch, watched
+from asddpg.build import check_device, make_agent, make_cameras, make_environment, make_live, prepare_torch, watched
 from asddpg.compose import GROUPS, option_names, resumed_config, train_config
 from asddpg.config import TrainConfig
 from asddpg.drivers import actor_alone
@@ -27,7 +27,6 @@ from asddpg.growing_files import check as check_files
 from asddpg.observers.metrics_log import rows_of
 from asddpg.program import python, run
 from asddpg.recording.how_to_open import how_to_watch
-from asddpg.recording.live import LiveView
 from asddpg.recording.recorder import Provenance
 from asddpg.run_folder import (
     PROLONGED,
@@ -137,7 +136,7 @@ def _make(config: TrainConfig) -> Parts:
     environment = make_environment(config.task, config.reward)
     agent = make_agent(config, environment)
     cameras = make_cameras(config.record, watched(environment))
-    live = LiveView(watched(environment), config.port, config.speed) if config.live else None
+    live = make_live(config, watched(environment), cameras) if config.live else None
     return Parts(config, environment, agent, cameras, live)
 
 

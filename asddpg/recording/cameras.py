@@ -1,7 +1,8 @@
 """Pictures for recordings: what the scene's cameras see, encoded."""
 
 import io
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Protocol
 
 from PIL import Image
@@ -48,6 +49,10 @@ class Cameras:
         """What each camera sees now; `is_first` in an episode."""
         return {name: self._encoded(name, is_first) for name in self.names}
 
+    def stills(self) -> "Stills":
+        """The same cameras, for the live view."""
+        return Stills(self.names, lambda name: as_jpeg(self._render(name)))
+
     def close(self) -> None:
         """Free the renderer; may be called again."""
         self._renderer.close()
@@ -58,6 +63,23 @@ class Cameras:
     def _encoded(self, name: str, is_first: bool) -> bytes:
         picture = self._render(name)
         return self._encoders[name].encode(picture, is_first) if self.is_video else as_jpeg(picture)
+
+
+@dataclass(frozen=True)
+class Stills:
+    """Pictures that stand for themselves, for whoever comes in the middle: a film's are told by those before.
+
+    Attributes:
+        names: of the cameras.
+        look: what one sees now, as JPEG.
+    """
+
+    names: tuple[str, ...]
+    look: Callable[[str], bytes]
+
+    def take(self, is_first: bool) -> Mapping[str, bytes]:
+        """What each camera sees now."""
+        return {name: self.look(name) for name in self.names}
 
 
 def as_jpeg(picture: Picture) -> bytes:

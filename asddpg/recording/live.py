@@ -12,6 +12,7 @@ import foxglove
 from foxglove.websocket import Capability, Parameter, StatusLevel, WebSocketServer
 
 from asddpg.errors import UserError
+from asddpg.recording.cameras import Stills
 from asddpg.recording.channels import Channels
 from asddpg.recording.live_controls import GOAL, GoalWish, LiveControls, Steering
 from asddpg.recording.live_listener import LiveListener
@@ -38,7 +39,14 @@ class LiveView:
     Without steering, as in training, episodes go on while nobody watches; with it they wait for a viewer.
     """
 
-    def __init__(self, environment: Watched, port: int, speed: float, steering: Steering | None = None) -> None:
+    def __init__(
+        self,
+        environment: Watched,
+        port: int,
+        speed: float,
+        steering: Steering | None = None,
+        cameras: Stills | None = None,
+    ) -> None:
         """Serve.
 
         Args:
@@ -46,13 +54,14 @@ class LiveView:
             port: of the WebSocket, 0 for a free one.
             speed: simulated seconds a second while somebody watches, 0 as fast as it goes.
             steering: what viewers may change.
+            cameras: whose pictures are shown too; they are taken while somebody watches.
 
         Raises:
             UserError: the port cannot be had.
         """
         self._physics, self._steering = environment.physics, steering
-        self._channels = Channels()
-        self._reader = MomentReader(environment)
+        self._channels = Channels(cameras.names if cameras else ())
+        self._reader = MomentReader(environment, cameras)
         model = self._physics.model.ptr
         states = States(BodyFrames.of(model), environment.scan_shape)
         self._publisher = Publisher(self._channels.log, states, scene_message(model))

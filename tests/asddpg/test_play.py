@@ -1,5 +1,6 @@
 """Episodes that are played, as a user asks for them."""
 
+import io
 import re
 import shutil
 import threading
@@ -7,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from PIL import Image
 
 from asddpg import play
 from asddpg.compose import play_config
@@ -129,6 +131,27 @@ def test_live_and_recorded_at_once(here: Path) -> None:
     seen = [step["digest"] for step in viewer.of("/step")]
     assert seen == recorded[-len(seen) :]
     assert len(seen) > len(recorded) - 5  # it may come as the first steps are made
+
+
+@pytest.mark.parametrize("codec", ["jpeg", "h264"])
+def test_cameras_are_seen_live_too(here: Path, codec: str) -> None:
+    """As pictures that need none before them, whatever is recorded; with nothing recorded as well."""
+    port = free_port()
+    words = ["agent=controller", "task=nav_empty", "seed=1", "episodes=1", "live=true", f"port={port}", "speed=0"]
+    words += ["record.cameras=[chase]", "record.picture_size=[96,64]", f"record.codec={codec}"]
+    words += ["record.every=0"] if codec == "jpeg" else []
+    thread = threading.Thread(target=play.main, args=(words,))
+    thread.start()
+    with Viewer.when_served(port) as viewer:
+        viewer.watch("/camera/chase", "/step", "/outcome")
+        viewer.until(lambda: viewer.of("/outcome") and viewer.of("/outcome")[-1]["outcome"] == "reached")
+        thread.join()
+    pictures = viewer.of("/camera/chase")
+    assert len(pictures) >= len(viewer.of("/step"))
+    assert {picture.format for picture in pictures} == {"jpeg"}
+    assert Image.open(io.BytesIO(pictures[-1].data)).size == (96, 64)
+    films = [list(open_recording(path).messages("/camera/chase")) for path in here.glob("played_episodes/*")]
+    assert [film[0].content.format for film in films] == (["h264"] if codec == "h264" else [])
 
 
 @pytest.mark.parametrize(
