@@ -193,7 +193,7 @@ class RecordEvaluationConfig:
     only: list[int] = field(default_factory=list)
     # Outcomes whose recordings are kept: reached, crashed, timeout; empty keeps all. Alone it means every=1.
     outcomes: list[str] = field(default_factory=list)
-    # Cameras of the scene whose pictures are recorded too, such as [chase,onboard], and shown live.
+    # Cameras of the scene whose pictures are recorded too, such as [chase,onboard], and that play shows live.
     cameras: list[str] = field(default_factory=list)
     # Of the pictures: jpeg, or h264, which takes half the room and needs PyAV (pip install av).
     codec: str = "jpeg"

@@ -5,7 +5,7 @@ paper's setting, agent=asddpg_paper, for which paper_seeds=100 takes fewer seeds
 factors. Trains what is missing in runs/ablation, two runs at a time, and writes the table; broken off, it goes on where
 it was. The first seed goes first: a setting that then reaches 0.1 less than what it is measured against, or less than
 0.1 at all, is ruled out and not trained on the others (`rule_out=0.2` for another margin, `rule_out=none` to train
-all). `list` prints the runs and how long they take, `table` the table of those there are. Other words of
+all). `list` prints the runs and how long they take at most, `table` the table of those there are. Other words of
 `python -m asddpg.train` go to every run.
 """
 

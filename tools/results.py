@@ -1,7 +1,7 @@
 """The runs behind the README's figures: `python -m tools.results`, or some of the groups by name.
 
 Trains what is missing in runs/results, two runs at a time, and writes the table. Finished runs are kept and not trained
-again; one that was broken off begins anew. `list` prints the groups and how long they take, `table` the table of the
+again; one that was broken off goes on. `list` prints the groups and how long they take, `table` the table of the
 runs there are.
 """
 

@@ -105,14 +105,13 @@ class RecordingFile:
 
     def drop(self) -> None:
         """Close the journal and keep nothing of it."""
-        if self._journal is None:
+        journal, self._journal = self._journal, None
+        if journal is None:
             return
-        try:
-            os.close(self._journal)
+        with contextlib.suppress(OSError):  # nothing that matters is left to be written
+            os.close(journal)
+        with contextlib.suppress(OSError):  # whoever looks for it finds the whole file, or is told that there is none
             os.unlink(self._part)
-        except FileNotFoundError:
-            pass
-        self._journal = None
 
 
 def _write_new(path: str, content: bytes | memoryview) -> None:
