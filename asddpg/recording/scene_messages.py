@@ -88,7 +88,7 @@ def _size(part: Part) -> Vector3:
 
 
 def _colour(part: Part) -> Color:
-    r, g, b, a = part.rgba.tolist()
+    r, g, b, a = on_grid(part.rgba).tolist()
     return Color(r=r, g=g, b=b, a=a)
 
 

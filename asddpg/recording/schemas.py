@@ -14,7 +14,7 @@ def compact(schema: Schema) -> Schema:
             file.package, FileDescriptorProto(name=file.package, package=file.package, syntax=file.syntax)
         )
         for message in file.message_type:
-            whole.message_type.append(_bare(message))
+            whole.message_type.append(_bare(message, f".{file.package}."))
         whole.enum_type.extend(file.enum_type)
         needed = {package_of[name] for name in file.dependency} - {file.package, *whole.dependency}
         whole.dependency.extend(sorted(needed))
@@ -23,12 +23,18 @@ def compact(schema: Schema) -> Schema:
     return Schema(name=schema.name, encoding=schema.encoding, data=FileDescriptorSet(file=files).SerializeToString())
 
 
-def _bare(message: DescriptorProto) -> DescriptorProto:
-    """Without what is so by default: names in JSON, which follow from the names, and that a field is optional."""
+def _bare(message: DescriptorProto, package: str) -> DescriptorProto:
+    """Without what follows from the rest.
+
+    That is a field's name in JSON, that it is optional, and the package before the types of the same package: a name
+    that does not begin with a dot is looked for from the inside out (descriptor.proto, `type_name`).
+    """
     for field in message.field:
         field.ClearField("json_name")
         if field.label == FieldDescriptorProto.LABEL_OPTIONAL:
             field.ClearField("label")
+        if field.type_name.startswith(package):
+            field.type_name = field.type_name.removeprefix(package)
     for nested in message.nested_type:
-        _bare(nested)
+        _bare(nested, package)
     return message
