@@ -5,7 +5,8 @@ paper's setting, agent=asddpg_paper, for which paper_seeds=100 takes fewer seeds
 factors. Trains what is missing in runs/ablation, two runs at a time, and writes the table; broken off, it goes on where
 it was. The first seed goes first: a setting that then reaches 0.1 less than what it is measured against, or less than
 0.1 at all, is ruled out and not trained on the others (`rule_out=0.2` for another margin, `rule_out=none` to train
-all). `list` prints the runs and how long they take at most, `table` the table of those there are. Other words of
+all). `list` prints the runs and how long they take at most, `table` the table of those there are. With `published` the
+runs of docs/runs/ablation.csv count as there, so that only what is new is trained. Other words of
 `python -m asddpg.train` go to every run.
 """
 
@@ -21,11 +22,12 @@ from tools.ablation_factors import FACTORS, Factor
 from tools.ablation_screening import first_round, screened
 from tools.ablation_table import Row, report
 from tools.option_words import options_in
-from tools.run_grid import VERBS, results_of, run_grid
+from tools.run_csv import PUBLISHED
+from tools.run_grid import VERBS, known_runs, results_of, run_grid
 from tools.run_groups import Group
-from tools.run_store import stored_runs
 
 FOLDER = Path("runs") / "ablation"
+TABLE = PUBLISHED / "ablation.csv"
 ROOTS = {"default": "agent=asddpg", "paper": "agent=asddpg_paper"}
 GIVEN = ("run_dir", "seed", "total_steps", "agent")  # options that the grid itself sets
 
@@ -40,6 +42,7 @@ class Request:
     paper_seeds: tuple[int, ...]
     steps: int
     margin: float | None
+    published: Path | None
     words: tuple[str, ...]
 
 
@@ -51,9 +54,12 @@ def request(words: Sequence[str]) -> Request:
     """
     options = options_in(word for word in words if "=" in word)
     plain = [word.removeprefix("--") for word in words if "=" not in word]
-    unknown = [word for word in plain if word not in (*VERBS, *FACTORS)]
+    own_words = (*VERBS, "published")
+    unknown = [word for word in plain if word not in (*own_words, *FACTORS)]
     if unknown:
-        raise UserError(f"there is no factor {unknown[0]!r}; there are {', '.join(FACTORS)}, and {', '.join(VERBS)}")
+        raise UserError(
+            f"there is no factor {unknown[0]!r}; there are {', '.join(FACTORS)}, and {', '.join(own_words)}"
+        )
     taken = [name for name in options if name in GIVEN]
     if taken:
         raise UserError(f"{taken[0]} is what the grid sets itself; seeds=, paper_seeds=, steps= and task= are yours")
@@ -70,7 +76,8 @@ def request(words: Sequence[str]) -> Request:
     chosen = {name: factor for name, factor in FACTORS.items() if name in plain}
     rest = {"task": "nav_complex"} | options
     shared = tuple(f"{name}={value}" for name, value in rest.items())
-    return Request("".join(verbs), chosen or FACTORS, seeds, paper_seeds, steps[0], margin, shared)
+    published = TABLE if "published" in plain else None
+    return Request("".join(verbs), chosen or FACTORS, seeds, paper_seeds, steps[0], margin, published, shared)
 
 
 def _whole_numbers(name: str, text: str) -> tuple[int, ...]:
@@ -126,13 +133,14 @@ def main(words: Sequence[str]) -> None:
     if asked.margin is not None:
         if not asked.verb and any(len(row.group.seeds) > 1 for row in grid.values()):
             _run(asked, grid, first_round(grid))
-        grid = screened(grid, results_of(_groups(grid), stored_runs(FOLDER)), asked.margin)
+        groups = _groups(grid)
+        grid = screened(grid, results_of(groups, known_runs(groups, FOLDER, asked.published)), asked.margin)
     _run(asked, grid, _groups(grid))
 
 
 def _run(asked: Request, grid: Mapping[str, Row], groups: Mapping[str, Group]) -> None:
     title, legend = f"{shlex.join(asked.words)}, {asked.steps} steps", _legend(asked.factors)
-    run_grid(asked.verb, groups, FOLDER, lambda results: f"{report(title, grid, results)}\n\n{legend}")
+    run_grid(asked.verb, groups, FOLDER, lambda results: f"{report(title, grid, results)}\n\n{legend}", asked.published)
 
 
 def _groups(grid: Mapping[str, Row]) -> dict[str, Group]:

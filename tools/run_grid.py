@@ -3,28 +3,47 @@
 import shlex
 import statistics
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
+from tools.run_csv import PublishedRun, outdated, published_runs, write_csv
 from tools.run_figures import figures_of
 from tools.run_groups import Group, finished, missing
 from tools.run_provenance import provenance
 from tools.run_store import StoredRun, stored_runs
-from tools.run_tables import Result, Results, write_csv
+from tools.run_tables import Result, Results
 from tools.run_training import AT_ONCE, log_of, train
 
 VERBS = ("list", "table")
 STEPS_PER_SECOND = 90.0  # of each of two runs at once on two cores, until there are runs to measure it by
+Known = Sequence[StoredRun | PublishedRun]
 
 
-def run_grid(verb: str, groups: Mapping[str, Group], folder: Path, report: Callable[[Results], str]) -> None:
+def known_runs(groups: Mapping[str, Group], folder: Path, published: Path | None = None) -> Known:
+    """The finished runs of a folder; after them those of a published file.
+
+    Raises:
+        UserError: the file is no such file.
+    """
+    return [*stored_runs(folder), *(published_runs(published, groups) if published else [])]
+
+
+def run_grid(
+    verb: str,
+    groups: Mapping[str, Group],
+    folder: Path,
+    report: Callable[[Results], str],
+    published: Path | None = None,
+) -> None:
     """Do what was asked: `list` the runs, write the `table` of those there are, or, with no verb, train and write it.
 
-    A run that failed ends the program with status 1, after the table of the others.
+    Runs of the published file, if one is given, count as there. A run that failed ends the program with status 1,
+    after the table of the others.
     """
-    todo = missing(groups, stored_runs(folder))  # a wrong word is found before anything is done
+    known = known_runs(groups, folder, published)
+    todo = missing(groups, known)  # a wrong word is found before anything is done
     if verb == "list":
-        print(plan(groups, stored_runs(folder)))
+        print(plan(groups, known))
         return
     if verb != "table":
         print(
@@ -32,17 +51,19 @@ def run_grid(verb: str, groups: Mapping[str, Group], folder: Path, report: Calla
             flush=True,
         )
     failed = [] if verb == "table" else train(todo, folder)
-    write_tables(groups, folder, report)
+    write_tables(groups, folder, report, published)
     if failed:
         logs = ", ".join(str(log_of(run, folder)) for run in failed)
         sys.exit(f"error: {len(failed)} of {len(todo)} runs failed; their last words are in {logs}")
 
 
-def write_tables(groups: Mapping[str, Group], folder: Path, report: Callable[[Results], str]) -> None:
+def write_tables(
+    groups: Mapping[str, Group], folder: Path, report: Callable[[Results], str], published: Path | None = None
+) -> None:
     """Write table.md and table.csv of the runs there are, and print the first."""
-    stored = stored_runs(folder)
-    results = results_of(groups, stored)
-    parts = [report(results), provenance(results), _missing_sentence(groups, stored)]
+    known = known_runs(groups, folder, published)
+    results = results_of(groups, known)
+    parts = [report(results), provenance(results), _outdated_sentence(published), _missing_sentence(groups, known)]
     text = "\n\n".join(part for part in parts if part)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "table.md").write_text(text + "\n", encoding="utf-8")
@@ -50,32 +71,41 @@ def write_tables(groups: Mapping[str, Group], folder: Path, report: Callable[[Re
     print(f"{text}\n\nwritten to {folder / 'table.md'} and {folder / 'table.csv'}")
 
 
-def results_of(groups: Mapping[str, Group], stored: list[StoredRun]) -> Results:
+def results_of(groups: Mapping[str, Group], known: Known) -> Results:
     """The finished runs of each group with their figures."""
-    return {name: [Result(run, figures_of(run)) for run in runs] for name, runs in finished(groups, stored).items()}
+    return {name: [_result(run) for run in runs] for name, runs in finished(groups, known).items()}
 
 
-def _missing_sentence(groups: Mapping[str, Group], stored: list[StoredRun]) -> str:
-    todo = missing(groups, stored)
+def _result(run: StoredRun | PublishedRun) -> Result:
+    return Result(run, run.figures if isinstance(run, PublishedRun) else figures_of(run))
+
+
+def _outdated_sentence(published: Path | None) -> str:
+    number = outdated(published) if published else 0
+    return f"{number} published runs are left out: today their words mean other options." if number else ""
+
+
+def _missing_sentence(groups: Mapping[str, Group], known: Known) -> str:
+    todo = missing(groups, known)
     return f"{len(todo)} runs are missing." if todo else ""
 
 
-def plan(groups: Mapping[str, Group], stored: list[StoredRun]) -> str:
+def plan(groups: Mapping[str, Group], known: Known) -> str:
     """Every group with the words of its runs, and about how long the missing ones take."""
-    there = finished(groups, stored)
+    there = finished(groups, known)
     lines = []
     for name, group in groups.items():
         seeds = ", ".join(str(seed) for seed in group.seeds)
         lines.append(f"{name}: {group.title}; seeds {seeds}; {len(there[name])} of {len(group.seeds)} finished")
         lines.append(f"    {shlex.join(group.options)}")
-    todo = missing(groups, stored)
+    todo = missing(groups, known)
     steps = sum(int(run.settings["total_steps"]) for run in todo)
-    speed, source = _speed(stored)
+    speed, source = _speed([run for run in known if isinstance(run, StoredRun)])
     hours = steps / speed / min(AT_ONCE, max(len(todo), 1)) / 3600
     at = f"{AT_ONCE} at once at {speed:.0f} steps/s each, {source}"
     return "\n".join([*lines, f"{len(todo)} runs of {steps} steps in all to train: about {hours:.1f} h, {at}"])
 
 
-def _speed(stored: list[StoredRun]) -> tuple[float, str]:
+def _speed(stored: Sequence[StoredRun]) -> tuple[float, str]:
     speeds = [speed for run in stored if (speed := figures_of(run).steps_per_second)]
     return (statistics.median(speeds), "as measured here") if speeds else (STEPS_PER_SECOND, "a guess")

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 from asddpg.compose import train_config
 from asddpg.config import TrainConfig
-from tools.run_store import Settings, StoredRun, find, with_effect
+from tools.run_store import FinishedRun, R, Settings, find, with_effect
 
 # Validations in every run, however long it is, so that figures over the last five of them mean the same.
 VALIDATIONS = 20
@@ -52,20 +52,20 @@ def _composed(words: tuple[str, ...]) -> TrainConfig:
     return train_config(words)
 
 
-def finished(groups: Mapping[str, Group], stored: Sequence[StoredRun]) -> dict[str, list[StoredRun]]:
+def finished(groups: Mapping[str, Group], known: Sequence[R]) -> dict[str, list[R]]:
     """The finished runs of each group in the order of its seeds; one run may belong to several groups."""
     return {
-        name: [run for seed in group.seeds if (run := find(group.settings(seed), stored))]
+        name: [run for seed in group.seeds if (run := find(group.settings(seed), known))]
         for name, group in groups.items()
     }
 
 
-def missing(groups: Mapping[str, Group], stored: Sequence[StoredRun]) -> list[Run]:
+def missing(groups: Mapping[str, Group], known: Sequence[FinishedRun]) -> list[Run]:
     """The runs still to be trained, each experiment once, under the name of the first group that asks for it."""
     runs: list[Run] = []
     for name, group in groups.items():
         for seed in group.seeds:
             settings = group.settings(seed)
-            if not find(settings, stored) and all(run.settings != settings for run in runs):
+            if not find(settings, known) and all(run.settings != settings for run in runs):
                 runs.append(Run(f"{name}_seed{seed}", (*group.options, f"seed={seed}"), settings))
     return runs

@@ -6,7 +6,7 @@ So one run serves every group that asks for the same, and a run whose options ha
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol, TypeVar
 
 from asddpg.errors import UserError
 from asddpg.run_folder import PROLONGED, RESUMED, RunFolder, read_config
@@ -19,13 +19,37 @@ SHOWN_DIFFERENCES = 3
 WITHOUT_EFFECT = ("run_dir", "checkpoint_every", "record", "live", "port", "speed")
 
 
+class FinishedRun(Protocol):
+    """What a table says of a run beside its figures."""
+
+    @property
+    def settings(self) -> Settings:
+        """Every option that bears on the learning."""
+
+    @property
+    def made_with(self) -> Mapping[str, str]:
+        """Versions, and the hash of the scene."""
+
+    @property
+    def place(self) -> str:
+        """Where it lies."""
+
+
+R = TypeVar("R", bound=FinishedRun)
+
+
 @dataclass(frozen=True)
 class StoredRun:
-    """A finished run."""
+    """A finished run in a folder."""
 
     folder: RunFolder
     settings: Settings
     made_with: dict[str, str]
+
+    @property
+    def place(self) -> str:
+        """Where it lies."""
+        return str(self.folder.path)
 
 
 def stored_runs(folder: Path) -> list[StoredRun]:
@@ -67,7 +91,7 @@ def is_of_a_piece(made_with: Mapping[str, str]) -> bool:
     return PROLONGED not in made_with and RESUMED not in made_with
 
 
-def find(settings: Settings, runs: Sequence[StoredRun]) -> StoredRun | None:
+def find(settings: Settings, runs: Sequence[R]) -> R | None:
     """The run that was trained with these settings."""
     return next((run for run in runs if run.settings == settings), None)
 

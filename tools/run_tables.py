@@ -1,18 +1,14 @@
-"""Tables of finished runs: Markdown with means and 95 % Student intervals over seeds, and CSV with a row a run."""
+"""Tables of finished runs, in Markdown, with means and 95 % Student intervals over seeds."""
 
-import csv
-import dataclasses
-import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from pathlib import Path
 
 from asddpg.evaluation import cell
 from asddpg.intervals import Estimate, mean
 from tools.markdown import markdown
 from tools.run_figures import RunFigures
 from tools.run_groups import Group
-from tools.run_store import StoredRun
+from tools.run_store import FinishedRun
 
 LEGEND = (
     "While training: the last 200 episodes, noise on, the controller as far as its schedule lets it. Controller: its "
@@ -61,7 +57,7 @@ COLUMNS = {
 class Result:
     """A finished run with its figures."""
 
-    run: StoredRun
+    run: FinishedRun
     figures: RunFigures
 
     @property
@@ -96,24 +92,3 @@ def runs_table(groups: Mapping[str, Group], results: Results) -> str:
 def missing_note(group: Group, found: Sequence[Result]) -> str:
     """What to add to a row that does not have all its runs yet."""
     return "" if len(found) == len(group.seeds) else f" (of {len(group.seeds)}, unfinished)"
-
-
-def write_csv(path: Path, groups: Mapping[str, Group], results: Results) -> None:
-    """A row a run and group; empty where there was nothing to measure."""
-    columns = [
-        "group",
-        "seed",
-        *(field.name for field in dataclasses.fields(RunFigures)),
-        "model_hash",
-        "folder",
-        "words",
-    ]
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(columns)
-        for name, found in results.items():
-            for result in found:
-                figures = dataclasses.astuple(result.figures)
-                made = result.run.made_with.get("model_hash", "")
-                words = shlex.join((*groups[name].options, f"seed={result.seed}"))
-                writer.writerow([name, result.seed, *figures, made, result.run.folder.path, words])

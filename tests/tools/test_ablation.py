@@ -12,10 +12,11 @@ from tests.tools.fake_runs import finish_group
 from tools import ablation
 from tools.ablation_factors import FACTORS, Factor
 from tools.ablation_table import Row
+from tools.run_csv import write_csv
 from tools.run_figures import figures_of
 from tools.run_groups import Run, finished, settings_of
 from tools.run_store import differences, stored_runs
-from tools.run_tables import Result, write_csv
+from tools.run_tables import Result
 
 TINY = ["steps=300", "seeds=100", "task=nav_empty", "network=fc2x100", "agent.learning_starts=100", "test_episodes=2"]
 TINY += ["validation.episodes=1", "task.time_limit_steps=40"]

@@ -1,6 +1,5 @@
 """Figures of finished runs, and the tables made of them."""
 
-import csv
 from pathlib import Path
 
 import pytest
@@ -16,7 +15,7 @@ from tools.run_figures import RunFigures, figures_of
 from tools.run_groups import Group, finished
 from tools.run_provenance import provenance
 from tools.run_store import stored_runs
-from tools.run_tables import COLUMNS, Result, Results, runs_table, write_csv
+from tools.run_tables import COLUMNS, Result, Results, runs_table
 from tools.scenes_today import scene_today
 
 GROUP = Group("nav_empty", ("task=nav_empty",), 1000, (0, 1, 2))
@@ -146,19 +145,6 @@ def test_runs_that_are_all_of_another_scene_than_todays_are_told(tmp_path: Path)
 def test_todays_scene_is_the_one_that_training_notes() -> None:
     config = train_config(["task=nav_empty", "task.laser.num_beams=24"])
     assert scene_today("nav_empty", 24) == hash_of(make_environment(config.task, config.reward))
-
-
-def test_csv_has_a_row_a_run(tmp_path: Path) -> None:
-    finish_group(tmp_path, "empty", GROUP, [0.7, 0.8])
-    write_csv(tmp_path / "table.csv", {"empty": GROUP}, results({"empty": GROUP}, tmp_path))
-    with (tmp_path / "table.csv").open() as file:
-        rows = list(csv.DictReader(file))
-    assert [(row["group"], row["seed"], row["reach_last"]) for row in rows] == [
-        ("empty", "0", "0.7"),
-        ("empty", "1", "0.8"),
-    ]
-    assert rows[0]["words"].endswith("task=nav_empty seed=0")
-    assert Path(rows[0]["folder"]) == tmp_path / "empty_seed0"
 
 
 def test_a_bar_in_a_cell_does_not_end_it() -> None:

@@ -1,0 +1,111 @@
+"""Runs as CSV, written and read again as published ones."""
+
+import csv
+from pathlib import Path
+
+import pytest
+
+from asddpg.errors import UserError
+from tests.tools.fake_runs import finish_group
+from tools import ablation
+from tools.run_csv import PUBLISHED, outdated, published_runs, write_csv
+from tools.run_figures import figures_of
+from tools.run_grid import results_of
+from tools.run_groups import Group, finished
+from tools.run_store import stored_runs
+
+GROUP = Group("nav_empty", ("task=nav_empty",), 1000, (0, 1, 2))
+DDPG = Group("DDPG", ("task=nav_empty", "agent=ddpg"), 1000, (0,))
+GROUPS = {"empty": GROUP, "ddpg": DDPG}
+
+
+def written(folder: Path) -> Path:
+    """The file of two runs of the first group and one of the second."""
+    finish_group(folder / "runs", "empty", GROUP, [0.7, 0.8], model_hash="fedc")
+    finish_group(folder / "runs", "ddpg", DDPG, [0.1])
+    path = folder / "table.csv"
+    write_csv(path, GROUPS, results_of(GROUPS, stored_runs(folder / "runs")))
+    return path
+
+
+def test_a_row_a_run_with_the_words_that_train_it(tmp_path: Path) -> None:
+    with written(tmp_path).open() as file:
+        rows = list(csv.DictReader(file))
+    assert [(row["group"], row["seed"], row["reach_last"]) for row in rows] == [
+        ("empty", "0", "0.7"), ("empty", "1", "0.8"), ("ddpg", "0", "0.1"),
+    ]  # fmt: skip
+    assert rows[0]["words"].endswith("task=nav_empty seed=0")
+    assert Path(rows[0]["folder"]) == tmp_path / "runs/empty_seed0"
+
+
+def test_published_runs_have_the_figures_that_the_stored_ones_had(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    stored = finished(GROUPS, stored_runs(tmp_path / "runs"))
+    published = finished(GROUPS, published_runs(path, GROUPS))
+    for name, runs in stored.items():
+        assert [figures_of(run) for run in runs] == [run.figures for run in published[name]]
+        assert [run.settings for run in runs] == [run.settings for run in published[name]]
+        assert [dict(run.made_with) for run in runs] == [dict(run.made_with) for run in published[name]]
+    assert published["ddpg"][0].figures.share_1 is None
+
+
+def test_a_run_serves_whoever_asks_for_its_options_and_nobody_else(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    same = Group("the same by another name", ("task=nav_empty", "agent.imitation=1"), 1000, (0,))
+    other = Group("another", ("task=nav_empty", "agent.imitation=0.5"), 1000, (0,))
+    found = finished({"same": same, "other": other}, published_runs(path, {"same": same, "other": other}))
+    assert [run.figures.reach_last for run in found["same"]] == [0.7]
+    assert not found["other"]
+
+
+@pytest.mark.parametrize("change", [("reach_last", "reach"), ("0.7,", "well,"), ("options_digest", "digest")])
+def test_a_file_of_another_kind_is_one_sentence(change: tuple[str, str], tmp_path: Path) -> None:
+    path = written(tmp_path)
+    path.write_text(path.read_text().replace(*change))
+    with pytest.raises(UserError, match="is not a table.csv as these programs write it"):
+        published_runs(path, GROUPS)
+    with pytest.raises(UserError, match="there is no .* with published runs"):
+        published_runs(tmp_path / "nothing.csv", GROUPS)
+
+
+def test_the_ablation_trains_what_is_not_published(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(ablation, "TABLE", tmp_path / "published.csv")
+    words = ["imitation", "seeds=100,101", "steps=1000", "rule_out=none"]
+    grid = ablation.rows(ablation.request(words))
+    finish_group(ablation.FOLDER, "default", grid["default"].group, [0.9, 0.8])
+    ablation.main(["table", *words])
+    (ablation.FOLDER / "table.csv").rename(ablation.TABLE)
+    ablation.FOLDER.rename("elsewhere")
+    finish_group(ablation.FOLDER, "default_without_imitation", grid["default_without_imitation"].group, [0.5])
+    capsys.readouterr()
+    ablation.main(["list", *words, "published"])
+    listed = capsys.readouterr().out
+    assert "default: default; seeds 100, 101; 2 of 2 finished" in listed
+    assert "5 runs of 5000 steps in all to train" in listed
+    ablation.main(["table", *words, "published"])
+    assert "| default without imitation (of 2, unfinished) | 100 | 0.500 | -0.400 |" in capsys.readouterr().out
+    ablation.main(["list", *words])
+    assert "7 runs" in capsys.readouterr().out
+
+
+def test_runs_whose_words_mean_other_options_today_are_counted(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A default may have changed since, or an option be gone; what is trained with them now is another experiment."""
+    path = written(tmp_path)
+    assert outdated(path) == 0
+    changed = path.read_text().replace("task=nav_empty seed=0", "task=nav_empty agent.gone=1 seed=0")
+    path.write_text(changed.replace("agent=ddpg", "agent=asddpg"))
+    assert outdated(path) == 2
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(ablation, "TABLE", path)
+    ablation.main(["table", "imitation", "published"])
+    assert "2 published runs are left out" in capsys.readouterr().out
+
+
+def test_the_published_ablation_can_be_read() -> None:
+    grid = ablation.rows(ablation.request([]))
+    published_runs(PUBLISHED / "ablation.csv", {name: row.group for name, row in grid.items()})
