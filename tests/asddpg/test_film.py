@@ -142,8 +142,7 @@ def test_a_full_disk_is_one_sentence(tmp_path: Path) -> None:
 
 
 @pytest.mark.long
-def test_a_film_of_many_episodes_keeps_its_memory(tmp_path: Path) -> None:
-    """At most 20 MB in 1000 episodes."""
+def test_a_film_of_1000_episodes_keeps_its_memory(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     environment = environment_of("nav_empty")
     film = Film(tmp_path / "film.mp4", watched(environment), width=64, height=48)
 
@@ -156,7 +155,10 @@ def test_a_film_of_many_episodes_keeps_its_memory(tmp_path: Path) -> None:
         return resident()
 
     before = drive(100)
-    assert drive(300) - before < 20 * 300 / 1000
+    grown = drive(1000) - before
+    with capsys.disabled():
+        print(f"\n1000 episodes of film: {grown:+.1f} MB (bar: under 20)")
+    assert grown < 20
     film.close()
 
 
