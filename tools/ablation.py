@@ -23,7 +23,7 @@ from tools.ablation_screening import first_round, screened
 from tools.ablation_table import Row, report
 from tools.option_words import options_in
 from tools.run_csv import PUBLISHED
-from tools.run_grid import VERBS, known_runs, results_of, run_grid
+from tools.run_grid import OWN_WORDS, VERBS, known_runs, results_of, run_grid
 from tools.run_groups import Group
 
 FOLDER = Path("runs") / "ablation"
@@ -54,11 +54,10 @@ def request(words: Sequence[str]) -> Request:
     """
     options = options_in(word for word in words if "=" in word)
     plain = [word.removeprefix("--") for word in words if "=" not in word]
-    own_words = (*VERBS, "published")
-    unknown = [word for word in plain if word not in (*own_words, *FACTORS)]
+    unknown = [word for word in plain if word not in (*OWN_WORDS, *FACTORS)]
     if unknown:
         raise UserError(
-            f"there is no factor {unknown[0]!r}; there are {', '.join(FACTORS)}, and {', '.join(own_words)}"
+            f"there is no factor {unknown[0]!r}; there are {', '.join(FACTORS)}, and {', '.join(OWN_WORDS)}"
         )
     taken = [name for name in options if name in GIVEN]
     if taken:

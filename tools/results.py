@@ -2,7 +2,7 @@
 
 Trains what is missing in runs/results, two runs at a time, and writes the table. Finished runs are kept and not trained
 again; one that was broken off goes on. `list` prints the groups and how long they take, `table` the table of the
-runs there are.
+runs there are. With `published` the runs of docs/runs/results.csv count as there.
 """
 
 from collections.abc import Sequence
@@ -12,11 +12,13 @@ from asddpg.compose import train_config
 from asddpg.errors import UserError
 from asddpg.program import run
 from tools import controller_alone
-from tools.run_grid import VERBS, run_grid
+from tools.run_csv import PUBLISHED
+from tools.run_grid import OWN_WORDS, VERBS, run_grid
 from tools.run_groups import Group
 from tools.run_tables import LEGEND, Results, runs_table
 
 FOLDER = Path("runs") / "results"
+TABLE = PUBLISHED / "results.csv"
 SEEDS, THREE_SEEDS = (0, 1, 2, 3, 4), (0, 1, 2)
 COMPLEX = ("task=nav_complex", "reward=sparse")
 
@@ -43,14 +45,15 @@ GROUPS = {
 def main(words: Sequence[str]) -> None:
     """Train and write the table, or list."""
     plain = [word.removeprefix("--") for word in words]
-    unknown = [word for word in plain if word not in (*VERBS, *GROUPS)]
+    unknown = [word for word in plain if word not in (*OWN_WORDS, *GROUPS)]
     if unknown:
-        raise UserError(f"there is no group {unknown[0]!r}; there are {', '.join(GROUPS)}, and {', '.join(VERBS)}")
+        raise UserError(f"there is no group {unknown[0]!r}; there are {', '.join(GROUPS)}, and {', '.join(OWN_WORDS)}")
     verbs = [word for word in plain if word in VERBS]
     if len(verbs) > 1:
         raise UserError("list or table, not both")
     groups = {name: group for name, group in GROUPS.items() if name in plain} or GROUPS
-    run_grid("".join(verbs), groups, FOLDER, lambda results: report(groups, results, may_drive=not verbs))
+    published = TABLE if "published" in plain else None
+    run_grid("".join(verbs), groups, FOLDER, lambda results: report(groups, results, may_drive=not verbs), published)
 
 
 def report(groups: dict[str, Group], results: Results, may_drive: bool) -> str:

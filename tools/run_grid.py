@@ -15,6 +15,7 @@ from tools.run_tables import Result, Results
 from tools.run_training import AT_ONCE, log_of, train
 
 VERBS = ("list", "table")
+OWN_WORDS = (*VERBS, "published")
 STEPS_PER_SECOND = 90.0  # of each of two runs at once on two cores, until there are runs to measure it by
 Known = Sequence[StoredRun | PublishedRun]
 

@@ -7,8 +7,8 @@ import pytest
 
 from asddpg.errors import UserError
 from tests.tools.fake_runs import finish_group
-from tools import ablation
-from tools.run_csv import PUBLISHED, outdated, published_runs, write_csv
+from tools import ablation, results
+from tools.run_csv import outdated, published_runs, write_csv
 from tools.run_figures import figures_of
 from tools.run_grid import results_of
 from tools.run_groups import Group, finished
@@ -106,6 +106,7 @@ def test_runs_whose_words_mean_other_options_today_are_counted(
     assert "2 published runs are left out" in capsys.readouterr().out
 
 
-def test_the_published_ablation_can_be_read() -> None:
+def test_the_published_runs_can_be_read() -> None:
     grid = ablation.rows(ablation.request([]))
-    published_runs(PUBLISHED / "ablation.csv", {name: row.group for name, row in grid.items()})
+    published_runs(ablation.TABLE, {name: row.group for name, row in grid.items()})
+    published_runs(results.TABLE, results.GROUPS)
