@@ -18,8 +18,8 @@ from PIL import Image
 from asddpg.errors import UserError
 from asddpg.program import run
 from asddpg.recording.caption import OUTCOME_COLOURS, Colour, captioned
+from asddpg.recording.path_message import DRIVER_COLOURS
 from asddpg.recording.reading import open_recording
-from asddpg.recording.scene_messages import DRIVER_COLOURS
 from tools.episode_states import EpisodeStates
 from tools.pictures import open_renderer, picture_file, picture_size, write
 from tools.recording_words import files_and_options

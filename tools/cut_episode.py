@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from foxglove.messages import Log, LogLevel, SceneUpdate
+from foxglove.messages import Log, LogLevel
 from mcap.records import Message
 
+from asddpg.recording.path_message import PathMessage
 from asddpg.recording.robot_messages import timestamp
-from asddpg.recording.scene_messages import PathUpdate
 from asddpg.recording.step_message import outcome_json
 from asddpg.recording.topics import CMD_VEL, LOG, ODOM, OUTCOME, PATH, STEP
 from asddpg.types import Driver, Episode
@@ -70,11 +70,11 @@ def _end(contents: Contents, messages: Sequence[Decoded], source: str) -> list[M
     """What a recorder would have told at the end: the path, the outcome, a line of the log."""
     steps = _said(messages, STEP)
     places = [(each.pose.position.x, each.pose.position.y) for each in _said(messages, ODOM)]
-    told = {PATH: _path(steps, places).encode()} if len(places) == len(steps) + 1 else {}
+    told = {PATH: _path(steps, places)} if len(places) == len(steps) + 1 else {}
     episode = Episode(
         CUT,
         len(steps),
-        sum(step["reward"] for step in steps),
+        sum(step.get("reward", math.nan) for step in steps),
         sum(step["driver"] == Driver.CONTROLLER for step in steps),
         sum(math.dist(*pair) for pair in itertools.pairwise(places)),
     )
@@ -86,9 +86,9 @@ def _end(contents: Contents, messages: Sequence[Decoded], source: str) -> list[M
     return [Message(numbers[topic], time, data, time, 0) for topic, data in told.items() if topic in numbers]
 
 
-def _path(steps: Sequence[Mapping[str, Any]], places: Sequence[tuple[float, float]]) -> SceneUpdate:
-    path = PathUpdate()
+def _path(steps: Sequence[Mapping[str, Any]], places: Sequence[tuple[float, float]]) -> bytes:
+    path = PathMessage()
     path.begin(places[0])
     for step, place in zip(steps, places[1:], strict=True):
         path.extend(step["driver"], place)
-    return path.message()
+    return path.encode()

@@ -57,8 +57,8 @@ def signals_of(recording: Recording) -> Signals:
         raise UserError(f"the recording {recording.path} holds no steps to plot")
     columns = {
         **{name: [step["action"][name] for step in steps] for name in ("v", "omega")},
-        **{name: [step[name] for step in steps] for name in ("distance", "q_policy", "q_controller", "value")},
-        **{f"noise_{name}": [(step["noise"] or {}).get(name) for step in steps] for name in ("v", "omega")},
+        **{name: [step.get(name) for step in steps] for name in ("distance", "q_policy", "q_controller", "value")},
+        **{f"noise_{name}": [(step.get("noise") or {}).get(name) for step in steps] for name in ("v", "omega")},
     }
     by_name = {name: np.array(values, dtype=float) for name, values in columns.items()}
     outcome = recording.outcome()["outcome"]

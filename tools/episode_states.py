@@ -13,8 +13,8 @@ from asddpg.config import TrainConfig
 from asddpg.errors import UserError
 from asddpg.recording.caption import OUTCOME_COLOURS, Colour
 from asddpg.recording.moments import NANOSECONDS
+from asddpg.recording.path_message import DRIVER_COLOURS
 from asddpg.recording.reading import Recording
-from asddpg.recording.scene_messages import DRIVER_COLOURS
 from asddpg.run_folder import training_in
 from tasks.gymnasium_adapter import NavigationEnv
 from tasks.state_digest import state_digest

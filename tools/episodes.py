@@ -11,6 +11,7 @@ Lists those in a folder and below it, such as runs/mine or runs. Options choose 
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from math import nan
 from pathlib import Path
 from typing import Any
 
@@ -121,7 +122,7 @@ def listed(path: Path) -> Listed:
             outcome = message.content
     try:
         share = sum(step["driver"] == Driver.CONTROLLER for step in steps) / max(len(steps), 1)
-        total = sum(step["reward"] for step in steps)
+        total = sum(step.get("reward", nan) for step in steps)  # left out where it was no number
         return Listed(recording, outcome["outcome"], steps, total, share, path.stat().st_size)
     except (KeyError, TypeError) as error:
         raise UserError(f"{path} was made by another version: its /step or /outcome lacks {error}") from error

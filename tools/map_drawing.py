@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 from matplotlib.patches import Circle
 from matplotlib.patheffects import withStroke
 
-from asddpg.recording.scene_messages import DRIVER_COLOURS, OTHER_COLOUR
+from asddpg.recording.path_message import DRIVER_COLOURS, OTHER_COLOUR
 from tasks.rendering import Picture
 from tools.episode_ways import Way
 from tools.map_view import MapView

@@ -6,7 +6,7 @@ from itertools import pairwise
 import numpy as np
 import numpy.typing as npt
 
-from asddpg.recording.scene_messages import DRIVER_COLOURS, OTHER_COLOUR, PATH_HEIGHT, PATH_WIDTH
+from asddpg.recording.path_message import DRIVER_COLOURS, OTHER_COLOUR, PATH_HEIGHT, PATH_WIDTH
 from tasks.constants import FIELD_OF_VIEW, MAX_RANGE
 from tasks.headless import mujoco
 from tasks.physics import FloatArray

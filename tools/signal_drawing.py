@@ -7,7 +7,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patches import Patch
 
-from asddpg.recording.scene_messages import DRIVER_COLOURS, OTHER_COLOUR
+from asddpg.recording.path_message import DRIVER_COLOURS, OTHER_COLOUR
 from tasks.physics import FloatArray
 from tools.episode_plot import Signals
 from tools.plot_style import ACTOR, CONTROLLER, FOURTH, PAIR, THIRD, Sheet

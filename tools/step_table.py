@@ -16,14 +16,13 @@ Row = dict[str, Any]
 
 
 def row_of(file: str, step: Mapping[str, Any]) -> Row:
-    """A step as a row: action_v, terms_progress and so on; a missing object leaves its columns empty."""
+    """A step as a row: action_v, terms_progress and so on; what is left out leaves its columns empty."""
     row: Row = {FILE: file}
-    for name, value in step.items():
-        parts = STEP_SCHEMA["properties"].get(name, {}).get("properties", ())
-        if isinstance(value, Mapping):
-            row |= {f"{name}_{part}": each for part, each in value.items()}
-        elif parts:
-            row |= dict.fromkeys((f"{name}_{part}" for part in parts), value)
+    for name, schema in STEP_SCHEMA["properties"].items():
+        value = step.get(name)
+        if "properties" in schema:
+            parts = dict.fromkeys(schema["properties"]) | (value or {})
+            row |= {f"{name}_{part}": each for part, each in parts.items()}
         else:
             row[name] = value
     return row

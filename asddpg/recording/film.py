@@ -13,7 +13,7 @@ from asddpg.errors import UserError
 from asddpg.recording.caption import OUTCOME_COLOURS, Colour, captioned
 from asddpg.recording.h264 import CODEC, OPTIONS, require_av
 from asddpg.recording.moments import Watched
-from asddpg.recording.scene_messages import DRIVER_COLOURS, OTHER_COLOUR
+from asddpg.recording.path_message import DRIVER_COLOURS, OTHER_COLOUR
 from asddpg.types import Episode, Observation, Step
 from tasks.rendering import OffscreenRenderer
 

@@ -8,14 +8,15 @@ from foxglove.messages import Log, LogLevel
 
 from asddpg.recording.channels import LogMessage
 from asddpg.recording.moments import Moment
+from asddpg.recording.path_message import PathMessage
 from asddpg.recording.robot_messages import goal_pose, picture_message, timestamp
-from asddpg.recording.scene_messages import PathUpdate, Point
+from asddpg.recording.scene_messages import Point
 from asddpg.recording.states import States
 from asddpg.recording.step_message import outcome_json, reward_of
 from asddpg.recording.topics import CAMERA, CMD_VEL, GOAL, LOG, ODOM, OUTCOME, PATH, SCAN, SCENE, STEP, TF
 from asddpg.types import Driver, Episode
 
-STEPS_BETWEEN_PATHS = 10  # the path so far is told anew each time, whole
+STEPS_BETWEEN_PATHS = 2  # the path so far is told anew each time, whole; in 2 the robot hides where it ends
 
 
 class Publisher:
@@ -33,7 +34,7 @@ class Publisher:
             is_video: whether cameras' pictures are H.264 and not JPEG.
         """
         self._log, self._states, self._scene, self._is_video = log, states, scene, is_video
-        self._path = PathUpdate()
+        self._path = PathMessage()
         self._goal = (0.0, 0.0)
         self._time = 0
         self.begins_at = 0  # ns, added to the times of an episode
@@ -125,7 +126,7 @@ class Publisher:
             yield moment, place
 
     def _tell_path(self) -> None:
-        self._log[PATH](self._path.message().encode(), self._time)
+        self._log[PATH](self._path.encode(), self._time)
 
     def _tell_pictures(self, moment: Moment) -> None:
         for camera, picture in moment.pictures.items():

@@ -1,15 +1,13 @@
-"""Foxglove's SceneUpdate of a scene, and of the path that was driven."""
+"""Foxglove's SceneUpdate of a scene."""
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from foxglove.messages import (
     Color,
     CubePrimitive,
     CylinderPrimitive,
-    LinePrimitive,
-    LinePrimitiveLineType,
     Point3,
     Pose,
     Quaternion,
@@ -21,18 +19,7 @@ from foxglove.messages import (
 )
 
 from asddpg.recording.robot_messages import on_grid
-from tasks.scene_parts import WORLD, Part, Shape, scene_parts
-
-PATH_WIDTH = 0.03  # m
-PATH_HEIGHT = 0.02  # m above the floor
-_NOWHERE_ELSE = Pose(position=Vector3(), orientation=Quaternion(w=1.0))
-
-DRIVER_COLOURS: Mapping[str, tuple[float, float, float]] = {
-    "policy": (0.12, 0.47, 0.71),
-    "controller": (1.0, 0.50, 0.05),
-    "random": (0.5, 0.5, 0.5),
-}
-OTHER_COLOUR = (0.5, 0.5, 0.5)
+from tasks.scene_parts import Part, Shape, scene_parts
 
 Point = tuple[float, float]  # x, y in metres, world frame
 
@@ -98,49 +85,4 @@ def _triangles(part: Part) -> TriangleListPrimitive:
     points = [Point3(x=x, y=y, z=z) for x, y, z in on_grid(part.vertices).tolist()]
     return TriangleListPrimitive(
         pose=_pose(part), points=points, indices=part.faces.ravel().tolist(), color=_colour(part)
-    )
-
-
-class PathUpdate:
-    """The path driven so far as one entity, a line for each stretch with one driver, in that driver's colour.
-
-    A stretch begins where the last one ended, so that the line has no gaps.
-    """
-
-    def __init__(self) -> None:
-        self._finished: list[LinePrimitive] = []
-        self._driver, self._points = "", [Point3()]
-
-    def begin(self, place: Point) -> None:
-        """A new path from a place, (x, y) in metres."""
-        self._finished = []
-        self._driver, self._points = "", [_point(place)]
-
-    def extend(self, driver: str, place: Point) -> None:
-        """Somebody drove on to a place."""
-        if driver != self._driver:
-            if len(self._points) > 1:
-                self._finished.append(_line(self._driver, self._points))
-            self._driver, self._points = driver, self._points[-1:]
-        self._points.append(_point(place))
-
-    def message(self) -> SceneUpdate:
-        """The whole of it."""
-        lines = [*self._finished, _line(self._driver, self._points)]
-        return SceneUpdate(entities=[SceneEntity(id="path", frame_id=WORLD, lines=lines)])
-
-
-def _point(place: Point) -> Point3:
-    x, y = place
-    return Point3(x=x, y=y, z=PATH_HEIGHT)
-
-
-def _line(driver: str, points: list[Point3]) -> LinePrimitive:
-    r, g, b = DRIVER_COLOURS.get(driver, OTHER_COLOUR)
-    return LinePrimitive(
-        type=LinePrimitiveLineType.LineStrip,
-        pose=_NOWHERE_ELSE,
-        thickness=PATH_WIDTH,
-        points=points,
-        color=Color(r=r, g=g, b=b, a=1.0),
     )

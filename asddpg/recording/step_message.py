@@ -1,4 +1,7 @@
-"""The JSON of a recording: what /step, /cmd_vel and /outcome say."""
+"""The JSON of a recording: what /step, /cmd_vel and /outcome say.
+
+What nobody gave is left out: a schema as Foxglove reads it knows no null.
+"""
 
 from math import isfinite, nan
 from typing import Any
@@ -28,13 +31,12 @@ def told(reading: Reading) -> Moment:
 
 def reward_of(moment: Moment) -> float:
     """What its step earned, 0 where there was none; NaN where that was no finite number."""
-    reward = orjson.loads(moment.step)["reward"] if moment.step else 0.0
-    return nan if reward is None else float(reward)
+    return float(orjson.loads(moment.step).get("reward", nan)) if moment.step else 0.0
 
 
 def _step(step: Step, number: int, time: float, action: Velocity | None, digest: int) -> dict[str, Any]:
     decision, info = step.decision, step.info
-    return {
+    everything = {
         "step": number,
         "time": time,
         "driver": decision.driver,
@@ -45,27 +47,26 @@ def _step(step: Step, number: int, time: float, action: Velocity | None, digest:
         "q_policy": _rounded(decision.q_policy),
         "q_controller": _rounded(decision.q_controller),
         "value": _rounded(decision.value),
-        "reward": step.reward,
+        "reward": step.reward if isfinite(step.reward) else None,
         "terms": info.get("reward_terms", {}),
         "distance": _rounded(info.get("distance")),
         "pushed": info.get("pushed", 0),
         "digest": digest,
     }
+    return {name: value for name, value in everything.items() if value is not None}
 
 
 def outcome_json(episode: Episode | None) -> bytes:
     """/outcome: the episode's figures, or that it is still running."""
     if episode is None:
         return as_json({"outcome": "running"})
-    return as_json(
-        {
-            "outcome": episode.outcome,
-            "steps": episode.steps,
-            "total_reward": episode.total_reward,
-            "controller_share": episode.controller_share,
-            "path_length": episode.path_length,
-        }
-    )
+    figures = {
+        "steps": episode.steps,
+        "total_reward": episode.total_reward,
+        "controller_share": episode.controller_share,
+        "path_length": episode.path_length,
+    }
+    return as_json({"outcome": episode.outcome} | {name: value for name, value in figures.items() if isfinite(value)})
 
 
 def as_json(message: Any) -> bytes:

@@ -1,4 +1,8 @@
-"""The topics of a recording: names, and the schemas of those that are JSON."""
+"""The topics of a recording: names, and the schemas of those that are JSON.
+
+Foxglove's viewer reads a schema with one type to a field and properties to each object, or not at all, and then shows
+nothing of its topic. So a schema gives the type of what is there, and a message leaves out what is not.
+"""
 
 from typing import Any
 
@@ -15,18 +19,16 @@ def _object(**properties: Schema) -> Schema:
 
 
 _NUMBER: Schema = {"type": "number"}
-_MAYBE: Schema = {"type": ["number", "null"]}
 _TEXT: Schema = {"type": "string"}
-
-
-_VELOCITY: Schema = {"type": ["object", "null"], "properties": {"v": _NUMBER, "omega": _NUMBER}}
+_VELOCITY = _object(v=_NUMBER, omega=_NUMBER)
 
 # v in m/s, omega in rad/s.
-CMD_VEL_SCHEMA = _object(v=_NUMBER, omega=_NUMBER)
+CMD_VEL_SCHEMA = _VELOCITY
 
-# What was chosen in a step, what was weighed in choosing, and what it earned. `time` is that at the step's end, s;
-# `step` counts from 0 in the episode; actions in m/s and rad/s, `actor` before noise; `distance` to the goal after the
-# step, m; `digest` names the physical state after the step (tasks.state_digest).
+# What was chosen in a step, what was weighed in choosing, and what it earned. `step` counts from 0 in the episode;
+# `time` is that at the step's end, s; actions in m/s and rad/s, `actor` before noise; actions, Q and V are left out
+# where nobody gave them; `terms` are the reward's, by name; `distance` to the goal after the step, m; `digest` names
+# the physical state after the step (tasks.state_digest).
 STEP_SCHEMA = _object(
     step=_NUMBER,
     time=_NUMBER,
@@ -35,22 +37,22 @@ STEP_SCHEMA = _object(
     actor=_VELOCITY,
     controller=_VELOCITY,
     noise=_VELOCITY,
-    q_policy=_MAYBE,
-    q_controller=_MAYBE,
-    value=_MAYBE,
+    q_policy=_NUMBER,
+    q_controller=_NUMBER,
+    value=_NUMBER,
     reward=_NUMBER,
-    terms={"type": "object", "additionalProperties": _NUMBER},
+    terms=_object() | {"additionalProperties": _NUMBER},
     distance=_NUMBER,
     pushed=_NUMBER,
     digest=_NUMBER,
 )
 
-# `outcome` is running, then reached, crashed, timeout or cut; the figures are those of the whole episode, null before
-# its end; `path_length` in m.
+# `outcome` is running, then reached, crashed, timeout or cut; the figures are those of the whole episode, not there
+# before its end; `path_length` in m.
 OUTCOME_SCHEMA = _object(
     outcome=_TEXT,
-    steps=_MAYBE,
-    total_reward=_MAYBE,
-    controller_share=_MAYBE,
-    path_length=_MAYBE,
+    steps=_NUMBER,
+    total_reward=_NUMBER,
+    controller_share=_NUMBER,
+    path_length=_NUMBER,
 )

@@ -47,6 +47,7 @@ function protobufDecoder(schema) {
 
 function jsonDecoder(topic, schema) {
   check(schema.type === "object", `the schema of ${topic} is of no object`);
+  checkViewable(schema, topic);
   const decoder = new TextDecoder("utf-8", { fatal: true });
   return (data) => {
     const message = JSON.parse(decoder.decode(data));
@@ -55,10 +56,18 @@ function jsonDecoder(topic, schema) {
   };
 }
 
+// Foxglove's viewer reads schemas with one type to a field and properties to each object, or drops the topic.
+function checkViewable(schema, path) {
+  check(typeof schema.type === "string", `${path} is of the types ${schema.type}, of which a viewer takes one`);
+  check(schema.type !== "object" || schema.properties != undefined, `${path} has no properties, which a viewer needs`);
+  for (const [name, own] of Object.entries(schema.properties ?? {})) {
+    checkViewable(own, `${path}.${name}`);
+  }
+}
+
 // The part of JSON Schema that recordings use: type, properties, additionalProperties.
 function checkJson(value, schema, path) {
-  const types = [schema.type ?? []].flat();
-  check(types.includes(typeOf(value)), `${path} is of type ${typeOf(value)}, not ${types.join(" or ")}`);
+  check(schema.type === typeOf(value), `${path} is of type ${typeOf(value)}, not ${schema.type}`);
   if (typeOf(value) !== "object") {
     return;
   }

@@ -22,9 +22,9 @@ from asddpg.types import Decision, Driver
 from tasks.scenes import TASK_CAMERAS
 from tests.conftest import ROOT
 
-PANELS = {"3D", "Image", "Plot", "StateTransitions", "Gauge", "RosOut", "Parameters", "Publish", "Tab"}
+PANELS = {"3D", "Image", "Plot", "StateTransitions", "Gauge", "Indicator", "RosOut", "Parameters", "Publish", "Tab"}
 # What a panel of each kind can draw.
-NUMBERS, TEXTS = {"Plot", "Gauge"}, {"StateTransitions"}
+NUMBERS, TEXTS = {"Plot", "Gauge"}, {"StateTransitions", "Indicator"}
 CAMERAS = {f"{CAMERA}{name}" for name in TASK_CAMERAS}  # in recordings that were made with cameras
 
 Messages = dict[str, list[Any]]
@@ -126,10 +126,16 @@ def test_each_topic_is_in_a_recording(layout: dict[str, Any], messages: Messages
     panels = layout["configById"]
     shown = panels["3D!robot"]["topics"]
     assert all(settings["visible"] for settings in shown.values())
-    assert {"/scan", "/scene", "/path", "/goal"} == set(shown) <= set(messages)
+    assert {"/scan", "/scene", "/path"} == set(shown) <= set(messages)  # the goal is in the scene
     assert panels["RosOut!log"]["topicToRender"] in messages
     assert panels["Image!chase"]["imageMode"]["imageTopic"] in CAMERAS
     assert f"{CAMERA}chase" in CAMERAS
+
+
+def test_it_tells_each_outcome_apart(layout: dict[str, Any]) -> None:
+    rules = layout["configById"]["Indicator!outcome"]["rules"]
+    assert [rule["rawValue"] for rule in rules] == ["running", "reached", "crashed", "timeout", "cut"]
+    assert len({rule["color"] for rule in rules}) == len(rules)
 
 
 def test_it_follows_a_frame_that_there_is(layout: dict[str, Any], messages: Messages) -> None:
