@@ -11,7 +11,7 @@ from mcap.records import Message
 
 from asddpg.recording.path_message import PathMessage
 from asddpg.recording.robot_messages import timestamp
-from asddpg.recording.step_message import outcome_json
+from asddpg.recording.step_message import outcome_json, reward_in
 from asddpg.recording.topics import CMD_VEL, LOG, ODOM, OUTCOME, PATH, STEP
 from asddpg.types import Driver, Episode
 from tools.recording_contents import Contents, Decoded
@@ -74,7 +74,7 @@ def _end(contents: Contents, messages: Sequence[Decoded], source: str) -> list[M
     episode = Episode(
         CUT,
         len(steps),
-        sum(step.get("reward", math.nan) for step in steps),
+        sum(map(reward_in, steps)),
         sum(step["driver"] == Driver.CONTROLLER for step in steps),
         sum(math.dist(*pair) for pair in itertools.pairwise(places)),
     )

@@ -69,7 +69,7 @@ def signals_of(recording: Recording) -> Signals:
         drivers=[step["driver"] for step in steps],
         driven=np.array([_velocity(message.content) for message in recording.messages(ODOM)][: len(steps) + 1]),
         by_name={name: values for name, values in by_name.items() if not np.isnan(values).all()},
-        terms={name: np.array([step["terms"].get(name, 0.0) for step in steps]) for name in _term_names(steps)},
+        terms={name: np.array([step["terms"].get(name) for step in steps], dtype=float) for name in _term_names(steps)},
     )
 
 

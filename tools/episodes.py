@@ -11,7 +11,6 @@ Lists those in a folder and below it, such as runs/mine or runs. Options choose 
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from math import nan
 from pathlib import Path
 from typing import Any
 
@@ -19,6 +18,7 @@ import tasks
 from asddpg.errors import UserError
 from asddpg.program import run
 from asddpg.recording.reading import PART, Recording, open_recording
+from asddpg.recording.step_message import reward_in
 from asddpg.recording.topics import OUTCOME, STEP
 from asddpg.types import Driver
 from tools.option_words import options_in
@@ -122,7 +122,7 @@ def listed(path: Path) -> Listed:
             outcome = message.content
     try:
         share = sum(step["driver"] == Driver.CONTROLLER for step in steps) / max(len(steps), 1)
-        total = sum(step.get("reward", nan) for step in steps)  # left out where it was no number
+        total = sum(map(reward_in, steps))
         return Listed(recording, outcome["outcome"], steps, total, share, path.stat().st_size)
     except (KeyError, TypeError) as error:
         raise UserError(f"{path} was made by another version: its /step or /outcome lacks {error}") from error

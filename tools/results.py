@@ -61,6 +61,8 @@ def report(groups: dict[str, Group], results: Results, may_drive: bool) -> str:
     configs = [train_config(group.options) for group in groups.values()]
     assisted = [config for config in configs if config.agent.assisted]
     alone = controller_alone.table(controller_alone.measured(assisted, FOLDER, may_drive))
+    if assisted and not alone:
+        alone = "The controller alone has not been driven here yet; without the word table it is."
     return "\n\n".join(part for part in (runs_table(groups, results), LEGEND, alone) if part)
 
 

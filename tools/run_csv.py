@@ -7,6 +7,7 @@ import csv
 import dataclasses
 import hashlib
 import json
+import math
 import shlex
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -22,17 +23,25 @@ PUBLISHED = Path(__file__).resolve().parent.parent / "docs" / "runs"
 FIGURES = tuple(field.name for field in dataclasses.fields(RunFigures))
 MADE_WITH = ("asddpg", "model_hash")
 DIGEST = "options_digest"
-COLUMNS = ("group", "seed", *FIGURES, *MADE_WITH, DIGEST, "folder", "words")
+COLUMNS = ("group", "seed", *FIGURES, *MADE_WITH, "folder", "words", DIGEST)
 
 
 @dataclass(frozen=True)
 class PublishedRun:
-    """A finished run that lies elsewhere, or nowhere any more."""
+    """A finished run that lies elsewhere, or nowhere any more; `place` is where it lay."""
 
     settings: Settings
     made_with: Mapping[str, str]
     figures: RunFigures
-    place: str = ""
+    place: str
+
+
+@dataclass(frozen=True)
+class _Row:
+    figures: RunFigures
+    made_with: Mapping[str, str]
+    place: str
+    words: tuple[str, ...]
 
 
 def write_csv(path: Path, groups: Mapping[str, Group], results: Results) -> None:
@@ -44,13 +53,13 @@ def write_csv(path: Path, groups: Mapping[str, Group], results: Results) -> None
             for result in found:
                 figures = dataclasses.astuple(result.figures)
                 made = [result.run.made_with.get(key, "") for key in MADE_WITH]
-                options = digest(groups[name].settings(result.seed))
                 words = shlex.join((*groups[name].options, f"seed={result.seed}"))
-                writer.writerow([name, result.seed, *figures, *made, options, result.run.place, words])
+                options = digest(groups[name].settings(result.seed))
+                writer.writerow([name, result.seed, *figures, *made, result.run.place, words, options])
 
 
 def digest(settings: Settings) -> str:
-    """Of every option that bears on the learning: the words of a run mean another one once a default has changed."""
+    """Names an experiment by the values of its options; its words alone do not, as defaults change."""
     return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:16]
 
 
@@ -58,40 +67,55 @@ def published_runs(path: Path, groups: Mapping[str, Group]) -> list[PublishedRun
     """The runs of a published file that some groups ask for.
 
     Raises:
-        UserError: there is no such file.
+        UserError: there is no file, or it is damaged or of another kind.
     """
-    asked = {digest(group.settings(seed)): group.settings(seed) for group in groups.values() for seed in group.seeds}
     rows = _rows(path)
-    try:
-        return [_run(row, asked[options]) for options, row in rows.items() if options in asked]
-    except (ValueError, TypeError) as error:  # no number, or a row cut short
-        raise UserError(f"{path} is not a table.csv as these programs write it: {error!r}") from error
+    all_settings = [group.settings(seed) for group in groups.values() for seed in group.seeds]
+    asked = {digest(settings): settings for settings in all_settings}
+    return [
+        PublishedRun(asked[options], row.made_with, row.figures, row.place)
+        for options, row in rows.items()
+        if options in asked
+    ]
 
 
 def outdated(path: Path) -> int:
-    """How many published runs were trained with other options than their words give today, and so serve nobody."""
-    return sum(options != _digest_today(row) for options, row in _rows(path).items())
+    """How many published runs were trained with other options than their words give today, and so serve nobody.
+
+    Raises:
+        UserError: there is no file, or it is damaged or of another kind.
+    """
+    return sum(options != _digest_today(row.words) for options, row in _rows(path).items())
 
 
-def _digest_today(row: Mapping[str, str]) -> str | None:
+def _digest_today(words: tuple[str, ...]) -> str | None:
     try:
-        return digest(settings_of(shlex.split(row["words"])))
+        return digest(settings_of(words))
     except UserError:  # an option of then is none of today
         return None
 
 
-def _rows(path: Path) -> dict[str, dict[str, str]]:
+def _rows(path: Path) -> dict[str, _Row]:
     """By digest: a run may stand in several groups."""
     if not path.is_file():
         raise UserError(f"there is no {path} with published runs; without the word published all runs are trained")
-    with path.open(newline="", encoding="utf-8") as file:
-        rows = list(csv.DictReader(file))
-    if rows and not set(COLUMNS) <= set(rows[0]):
-        lacking = next(name for name in COLUMNS if name not in rows[0])
-        raise UserError(f"{path} is not a table.csv as these programs write it: it has no column {lacking}")
-    return {row[DIGEST]: row for row in rows}
+    try:
+        with path.open(newline="", encoding="utf-8") as file:
+            reader = csv.DictReader(file, strict=True)
+            lacking = [name for name in COLUMNS if name not in (reader.fieldnames or ())]
+            if lacking:
+                raise ValueError(f"it has no column {lacking[0]}")
+            return {row[DIGEST]: _row(row) for row in reader}
+    except (ValueError, csv.Error) as error:
+        raise UserError(f"{path} is not a whole table.csv as these programs write it: {error}") from error
 
 
-def _run(row: Mapping[str, str], settings: Settings) -> PublishedRun:
+def _row(row: Mapping[str, str]) -> _Row:
+    """ValueError where it is damaged."""
+    if any(row[name] is None for name in COLUMNS):  # as csv reads a row that is cut short
+        raise ValueError(f"the row of {row['group']}, seed {row['seed']}, is cut short")
     figures = {name: float(row[name]) if row[name] else None for name in FIGURES}
-    return PublishedRun(settings, {name: row[name] for name in MADE_WITH}, RunFigures(**figures))
+    if not all(math.isfinite(value) for value in figures.values() if value is not None):
+        raise ValueError(f"a figure of {row['group']}, seed {row['seed']}, is no finite number")
+    made_with = {name: row[name] for name in MADE_WITH if row[name]}
+    return _Row(RunFigures(**figures), made_with, row["folder"], tuple(shlex.split(row["words"])))

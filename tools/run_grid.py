@@ -24,7 +24,7 @@ def known_runs(groups: Mapping[str, Group], folder: Path, published: Path | None
     """The finished runs of a folder; after them those of a published file.
 
     Raises:
-        UserError: the file is no such file.
+        UserError: there is no such file, or it is damaged.
     """
     return [*stored_runs(folder), *(published_runs(published, groups) if published else [])]
 
@@ -43,14 +43,13 @@ def run_grid(
     """
     known = known_runs(groups, folder, published)
     todo = missing(groups, known)  # a wrong word is found before anything is done
+    said = _published_sentence(groups, published)
     if verb == "list":
-        print(plan(groups, known))
+        print("\n".join(part for part in (plan(groups, known), said) if part))
         return
     if verb != "table":
-        print(
-            f"{len(todo)} runs to train, {AT_ONCE} at a time; each one's output goes into {folder}/<run>.log",
-            flush=True,
-        )
+        begin = f"{len(todo)} runs to train, {AT_ONCE} at a time; each one's output goes into {folder}/<run>.log"
+        print("\n".join(part for part in (begin, said) if part), flush=True)
     failed = [] if verb == "table" else train(todo, folder)
     write_tables(groups, folder, report, published)
     if failed:
@@ -64,7 +63,8 @@ def write_tables(
     """Write table.md and table.csv of the runs there are, and print the first."""
     known = known_runs(groups, folder, published)
     results = results_of(groups, known)
-    parts = [report(results), provenance(results), _outdated_sentence(published), _missing_sentence(groups, known)]
+    parts = [report(results), provenance(results), _published_sentence(groups, published)]
+    parts.append(_missing_sentence(groups, known))
     text = "\n\n".join(part for part in parts if part)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "table.md").write_text(text + "\n", encoding="utf-8")
@@ -81,9 +81,12 @@ def _result(run: StoredRun | PublishedRun) -> Result:
     return Result(run, run.figures if isinstance(run, PublishedRun) else figures_of(run))
 
 
-def _outdated_sentence(published: Path | None) -> str:
-    number = outdated(published) if published else 0
-    return f"{number} published runs are left out: today their words mean other options." if number else ""
+def _published_sentence(groups: Mapping[str, Group], published: Path | None) -> str:
+    if published is None:
+        return ""
+    said = f"{len(published_runs(published, groups))} published runs stand in for runs of their options."
+    number = outdated(published)
+    return f"{said} {number} serve nobody: today their words mean other options." if number else said
 
 
 def _missing_sentence(groups: Mapping[str, Group], known: Known) -> str:

@@ -21,7 +21,7 @@ def row_of(file: str, step: Mapping[str, Any]) -> Row:
     for name, schema in STEP_SCHEMA["properties"].items():
         value = step.get(name)
         if "properties" in schema:
-            parts = dict.fromkeys(schema["properties"]) | (value or {})
+            parts = dict.fromkeys(schema["properties"]) | dict(value if isinstance(value, Mapping) else {})
             row |= {f"{name}_{part}": each for part, each in parts.items()}
         else:
             row[name] = value

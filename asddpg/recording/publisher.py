@@ -17,6 +17,7 @@ from asddpg.recording.topics import CAMERA, CMD_VEL, GOAL, LOG, ODOM, OUTCOME, P
 from asddpg.types import Driver, Episode
 
 STEPS_BETWEEN_PATHS = 2  # the path so far is told anew each time, whole; in 2 the robot hides where it ends
+LONG_PATH = 100  # a long one is told whenever it has grown by a part of so many, or its messages would grow squared
 
 
 class Publisher:
@@ -109,7 +110,8 @@ class Publisher:
             self._tell_goal(goal)
         self._tell_pictures(moment)
         self._path.extend(moment.driver, place)
-        if (moment.number + 1) % STEPS_BETWEEN_PATHS == 0:
+        steps = moment.number + 1
+        if steps % max(STEPS_BETWEEN_PATHS, steps // LONG_PATH) == 0:
             self._tell_path()
 
     def _tell_states(self, moments: Sequence[Moment]) -> Iterator[tuple[Moment, Point]]:

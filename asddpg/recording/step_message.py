@@ -1,8 +1,9 @@
 """The JSON of a recording: what /step, /cmd_vel and /outcome say.
 
-What nobody gave is left out: a schema as Foxglove reads it knows no null.
+What nobody gave, or is no finite number, is left out: a schema as Foxglove reads it knows no null.
 """
 
+from collections.abc import Mapping
 from math import isfinite, nan
 from typing import Any
 
@@ -31,11 +32,19 @@ def told(reading: Reading) -> Moment:
 
 def reward_of(moment: Moment) -> float:
     """What its step earned, 0 where there was none; NaN where that was no finite number."""
-    return float(orjson.loads(moment.step).get("reward", nan)) if moment.step else 0.0
+    return reward_in(orjson.loads(moment.step)) if moment.step else 0.0
+
+
+def reward_in(step: Mapping[str, Any]) -> float:
+    """What a message of /step says that the step earned; NaN where that was no finite number."""
+    reward = step.get("reward")  # recordings of old have null there
+    return nan if reward is None else float(reward)
 
 
 def _step(step: Step, number: int, time: float, action: Velocity | None, digest: int) -> dict[str, Any]:
     decision, info = step.decision, step.info
+    terms = info.get("reward_terms", {})
+    is_finite = isfinite(step.reward)  # and so are the terms, whose sum it is
     everything = {
         "step": number,
         "time": time,
@@ -47,8 +56,8 @@ def _step(step: Step, number: int, time: float, action: Velocity | None, digest:
         "q_policy": _rounded(decision.q_policy),
         "q_controller": _rounded(decision.q_controller),
         "value": _rounded(decision.value),
-        "reward": step.reward if isfinite(step.reward) else None,
-        "terms": info.get("reward_terms", {}),
+        "reward": step.reward if is_finite else None,
+        "terms": terms if is_finite else _finite(terms),
         "distance": _rounded(info.get("distance")),
         "pushed": info.get("pushed", 0),
         "digest": digest,
@@ -66,7 +75,11 @@ def outcome_json(episode: Episode | None) -> bytes:
         "controller_share": episode.controller_share,
         "path_length": episode.path_length,
     }
-    return as_json({"outcome": episode.outcome} | {name: value for name, value in figures.items() if isfinite(value)})
+    return as_json({"outcome": episode.outcome} | _finite(figures))
+
+
+def _finite(numbers: Mapping[str, float]) -> dict[str, float]:
+    return {name: number for name, number in numbers.items() if isfinite(number)}
 
 
 def as_json(message: Any) -> bytes:

@@ -26,9 +26,9 @@ _VELOCITY = _object(v=_NUMBER, omega=_NUMBER)
 CMD_VEL_SCHEMA = _VELOCITY
 
 # What was chosen in a step, what was weighed in choosing, and what it earned. `step` counts from 0 in the episode;
-# `time` is that at the step's end, s; actions in m/s and rad/s, `actor` before noise; actions, Q and V are left out
-# where nobody gave them; `terms` are the reward's, by name; `distance` to the goal after the step, m; `digest` names
-# the physical state after the step (tasks.state_digest).
+# `time` is that at the step's end, s; actions in m/s and rad/s, `actor` before noise; `terms` of the reward by name;
+# `distance` to the goal after the step, m; `digest` names the physical state after the step (tasks.state_digest). What
+# nobody gave, or is no finite number, is left out.
 STEP_SCHEMA = _object(
     step=_NUMBER,
     time=_NUMBER,

@@ -45,6 +45,7 @@ from asddpg.recording.reading import Recording, open_recording
 from asddpg.recording.recorder import BATCH_STEPS, Provenance, Recorder, Selection, each
 from asddpg.recording.robot_messages import states
 from asddpg.recording.schemas import compact
+from asddpg.recording.step_message import reward_in
 from asddpg.recording.topics import CMD_VEL_SCHEMA, OUTCOME_SCHEMA, STEP_SCHEMA
 from asddpg.types import Decision, Driver, Observation, Step
 from tasks.body_frames import BodyFrames, Frame
@@ -332,9 +333,16 @@ def test_a_recording_broken_off_by_a_reward_gone_wrong_is_completed_too(tmp_path
     decision = Decision(np.zeros(2, dtype=np.float32), Driver.CONTROLLER)
     for reward in (0.5, float("nan")):
         observation, _, _, _, info = environment.step(decision.action)
+        info = info | {"reward_terms": {"progress": 0.0, "time": reward}}
         recorder.step(Step(observation, decision, reward, observation, False, False, info), {})
     recorder.close()
-    outcome = open_recording(next(tmp_path.iterdir())).outcome()
+    recording = open_recording(next(tmp_path.iterdir()))
+    outcome, (whole, broken) = recording.outcome(), recording.steps()
+    assert (whole["reward"], whole["terms"]) == (0.5, {"progress": 0.0, "time": 0.5})
+    assert "reward" not in broken
+    assert broken["terms"] == {"progress": 0.0}
+    assert math.isnan(reward_in(broken))
+    assert math.isnan(reward_in(broken | {"reward": None}))  # as in recordings of old
     assert (outcome["outcome"], outcome["steps"], outcome["controller_share"]) == ("cut", 2, 1.0)
     assert "total_reward" not in outcome
 

@@ -7,11 +7,12 @@ import pytest
 
 from asddpg.errors import UserError
 from tests.tools.fake_runs import finish_group
-from tools import ablation, results
-from tools.run_csv import outdated, published_runs, write_csv
+from tools import ablation, results, run_csv, stamp_published
+from tools.run_csv import digest, outdated, published_runs, write_csv
 from tools.run_figures import figures_of
-from tools.run_grid import results_of
+from tools.run_grid import known_runs, results_of
 from tools.run_groups import Group, finished
+from tools.run_provenance import provenance
 from tools.run_store import stored_runs
 
 GROUP = Group("nav_empty", ("task=nav_empty",), 1000, (0, 1, 2))
@@ -58,14 +59,66 @@ def test_a_run_serves_whoever_asks_for_its_options_and_nobody_else(tmp_path: Pat
     assert not found["other"]
 
 
-@pytest.mark.parametrize("change", [("reach_last", "reach"), ("0.7,", "well,"), ("options_digest", "digest")])
-def test_a_file_of_another_kind_is_one_sentence(change: tuple[str, str], tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    "change",
+    [
+        ("reach_last", "reach"),
+        ("0.7,", "well,"),
+        ("0.7,", "nan,"),
+        ("options_digest", "digest"),
+        ("task=nav_empty seed=1", '"task=nav_empty seed=1'),
+        ("task=nav_empty seed=1", "task='nav_empty seed=1"),
+        ("task=nav_empty", "täsk"),
+    ],
+)
+def test_a_damaged_file_is_one_sentence(change: tuple[str, str], tmp_path: Path) -> None:
     path = written(tmp_path)
-    path.write_text(path.read_text().replace(*change))
-    with pytest.raises(UserError, match="is not a table.csv as these programs write it"):
-        published_runs(path, GROUPS)
+    text = path.read_text()
+    assert change[0] in text
+    path.write_text(text.replace(*change), encoding="latin-1")
+    for read in (outdated, lambda path: published_runs(path, GROUPS)):
+        with pytest.raises(UserError, match="is not a whole table.csv as these programs write it") as caught:
+            read(path)
+        assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("kept", [0, 30, 0.5, 0.95])
+def test_a_file_cut_short_is_one_sentence(kept: float, tmp_path: Path) -> None:
+    path = written(tmp_path)
+    text = path.read_text()
+    path.write_text(text[: kept if isinstance(kept, int) else round(kept * len(text))])
+    with pytest.raises(UserError, match="is not a whole table.csv"):
+        outdated(path)
+    path.unlink()
     with pytest.raises(UserError, match="there is no .* with published runs"):
-        published_runs(tmp_path / "nothing.csv", GROUPS)
+        published_runs(path, GROUPS)
+
+
+def test_published_runs_are_written_as_they_were_read(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    again = tmp_path / "again.csv"
+    known = known_runs(GROUPS, tmp_path / "nowhere", path)
+    write_csv(again, GROUPS, results_of(GROUPS, known))
+    assert again.read_text() == path.read_text()
+    assert provenance(results_of(GROUPS, known)) == provenance(results_of(GROUPS, stored_runs(tmp_path / "runs")))
+
+
+def test_runs_of_before_a_new_option_are_stamped_anew(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = written(tmp_path)
+    right = path.read_text()
+    old = digest(GROUP.settings(1))
+    path.write_text(right.replace(old, "0123456789abcdef"))
+    monkeypatch.setattr(run_csv, "PUBLISHED", tmp_path)
+    stamp_published.main([])
+    assert "table.csv: 1 runs of other options" in capsys.readouterr().out
+    assert path.read_text() == right
+    path.write_text(right.replace("agent=ddpg", "agent=gone"))
+    with pytest.raises(UserError, match="there is no agent 'gone'"):
+        stamp_published.main([])
+    with pytest.raises(UserError, match="takes no words"):
+        stamp_published.main(["all"])
 
 
 def test_the_ablation_trains_what_is_not_published(
@@ -103,10 +156,15 @@ def test_runs_whose_words_mean_other_options_today_are_counted(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(ablation, "TABLE", path)
     ablation.main(["table", "imitation", "published"])
-    assert "2 published runs are left out" in capsys.readouterr().out
+    assert "2 serve nobody: today their words mean other options." in capsys.readouterr().out
 
 
-def test_the_published_runs_can_be_read() -> None:
-    grid = ablation.rows(ablation.request([]))
-    published_runs(ablation.TABLE, {name: row.group for name, row in grid.items()})
-    published_runs(results.TABLE, results.GROUPS)
+def test_the_published_runs_are_there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """After a new option that changes nothing: python -m tools.stamp_published; after any other change: train anew."""
+    assert all(finished(results.GROUPS, published_runs(results.TABLE, results.GROUPS)).values())
+    assert outdated(results.TABLE) == outdated(ablation.TABLE) == 0
+    monkeypatch.chdir(tmp_path)
+    results.main(["table", "published", "complex"])
+    text = (results.FOLDER / "table.md").read_text()
+    assert "| nav_complex, sparse, 100k steps, seed 4 | 0.965 | 0.970 |" in text
+    assert "The controller alone has not been driven here yet" in text
