@@ -43,13 +43,12 @@ def run_grid(
     """
     known = known_runs(groups, folder, published)
     todo = missing(groups, known)  # a wrong word is found before anything is done
-    said = _published_sentence(groups, published)
-    if verb == "list":
-        print("\n".join(part for part in (plan(groups, known), said) if part))
-        return
     if verb != "table":
         begin = f"{len(todo)} runs to train, {AT_ONCE} at a time; each one's output goes into {folder}/<run>.log"
-        print("\n".join(part for part in (begin, said) if part), flush=True)
+        said = plan(groups, known) if verb == "list" else begin
+        print("\n".join(part for part in (said, _published_sentence(groups, published)) if part), flush=True)
+    if verb == "list":
+        return
     failed = [] if verb == "table" else train(todo, folder)
     write_tables(groups, folder, report, published)
     if failed:
@@ -63,8 +62,8 @@ def write_tables(
     """Write table.md and table.csv of the runs there are, and print the first."""
     known = known_runs(groups, folder, published)
     results = results_of(groups, known)
-    parts = [report(results), provenance(results), _published_sentence(groups, published)]
-    parts.append(_missing_sentence(groups, known))
+    said = _published_sentence(groups, published), _missing_sentence(groups, known)
+    parts = [report(results), provenance(results), *said]
     text = "\n\n".join(part for part in parts if part)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "table.md").write_text(text + "\n", encoding="utf-8")

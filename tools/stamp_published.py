@@ -5,12 +5,14 @@ digests in docs/runs and says how many have changed.
 """
 
 import csv
+import io
 import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
 from asddpg.errors import UserError
 from asddpg.program import run
+from asddpg.whole_files import write_whole
 from tools import run_csv
 from tools.run_csv import COLUMNS, DIGEST, digest, outdated
 from tools.run_groups import settings_of
@@ -30,10 +32,11 @@ def stamp(path: Path) -> int:
         rows = list(csv.DictReader(file))
     for row in rows:
         row[DIGEST] = digest(settings_of(shlex.split(row["words"])))
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, COLUMNS)
-        writer.writeheader()
-        writer.writerows(rows)
+    stamped = io.StringIO(newline="")
+    writer = csv.DictWriter(stamped, COLUMNS)
+    writer.writeheader()
+    writer.writerows(rows)
+    write_whole(path, stamped.getvalue().encode())
     return changed
 
 

@@ -1,7 +1,7 @@
 """/path: the way that was driven, coloured by who drove.
 
 It is told whole every few steps, since a viewer that is moved in time gets the last message only. So what does not
-change any more is kept encoded: a message is put together from its bytes, which takes a tenth of the time.
+change any more is kept encoded: a message is put together from its bytes, in less than half the time.
 """
 
 import functools

@@ -226,6 +226,19 @@ def test_the_path_ends_under_the_robot(recording: Recording) -> None:
         assert math.dist((end.x, end.y), (place.x, place.y)) < 0.15
 
 
+def test_a_long_path_is_told_more_rarely(tmp_path: Path) -> None:
+    """Each time whole: every other step would make as many points as steps squared, over four."""
+    config = train_config(["task=nav_complex", "task.time_limit_steps=1000"])
+    environment = make_environment(config.task, config.reward)
+    environment.reset(seed=101)
+    still = Decision(np.zeros(2, dtype=np.float32), Driver.POLICY)
+    run_episode(environment, FixedDriver(lambda _: still), (recorder_for(tmp_path, environment),), max_steps=1000)
+    paths = [message.content for message in open_recording(next(tmp_path.iterdir())).messages("/path")]
+    points = sum(len(line.points) for path in paths for line in path.entities[0].lines)
+    assert points < 0.5 * 1000**2 / 4
+    assert len(paths[-1].entities[0].lines[0].points) == 1001
+
+
 def test_json_is_described_as_foxglove_reads_it() -> None:
     """Its viewer takes one type a field and wants to know each object's properties, or shows nothing of the topic."""
     for schema in (STEP_SCHEMA, OUTCOME_SCHEMA, CMD_VEL_SCHEMA):
