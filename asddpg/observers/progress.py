@@ -1,5 +1,6 @@
 """The progress bar."""
 
+import sys
 from collections.abc import Iterable, Mapping
 from typing import SupportsFloat
 
@@ -8,15 +9,16 @@ from tqdm import tqdm
 from asddpg.observers.metrics_log import RecentEpisodes
 from asddpg.types import Driver, Episode, Step, Watcher
 
+ON_TERMINAL, IN_FILE = 0.5, 10.0  # seconds between two states; a file keeps every one of them
+
 
 class ProgressBar(Watcher):
     """Steps a second, time left, outcomes of the last 100 episodes, controller share of the last 1000 steps or so."""
 
     def __init__(self, total_steps: int, steps: int = 0, outcomes: Iterable[str] = ()) -> None:
         """Go on after so many steps, and after episodes that ended so."""
-        self._bar = tqdm(
-            total=total_steps, initial=steps, unit=" steps", unit_scale=False, smoothing=0.05, mininterval=0.5
-        )
+        often = ON_TERMINAL if sys.stderr.isatty() else IN_FILE
+        self._bar = tqdm(total=total_steps, initial=steps, unit=" steps", smoothing=0.05, mininterval=often)
         self._recent = RecentEpisodes(outcomes)
         self._share = 0.0
 
