@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from asddpg.intervals import Estimate, mean
+from tools.ablation_chance import chance
 from tools.markdown import markdown
 from tools.run_groups import Group
 from tools.run_tables import COLUMNS, LEGEND, Column, Result, Results, missing_note, over_seeds
@@ -38,8 +39,27 @@ def report(title: str, rows: Mapping[str, Row], results: Results) -> str:
     parts = [title, f"Effect: difference of {COLUMNS[EFFECT_ON].title} {against}, paired by seed."]
     for root in (name for name, row in rows.items() if row.reference is None):
         lines = _lines(root, rows, results)
-        parts += [markdown(header, lines)] if lines else []
+        parts += [markdown(header, lines), *_chance_note(root, rows, results)] if lines else []
     return "\n\n".join([*parts, LEGEND])
+
+
+def _chance_note(root: str, rows: Mapping[str, Row], results: Results) -> list[str]:
+    """What a difference has to exceed; nothing where it cannot be told."""
+    seeds = rows[root].group.seeds
+    values = [_by_seed(results[name]) for name in rows if _root(name, rows) == root]
+    complete = [[of_setting[seed] for seed in seeds] for of_setting in values if set(seeds) <= set(of_setting)]
+    apart = chance(complete)
+    if apart is None:
+        return []
+    return [
+        f"Chance alone sets two settings of {len(seeds)} seeds up to {apart:.3f} apart (95 %, from the spread of the "
+        f"{len(complete)} settings with all seeds; of twenty such differences one is larger)."
+    ]
+
+
+def _by_seed(results: Sequence[Result]) -> dict[int, float]:
+    values = {result.seed: getattr(result.figures, EFFECT_ON) for result in results}
+    return {seed: value for seed, value in values.items() if value is not None}
 
 
 def _lines(root: str, rows: Mapping[str, Row], results: Results) -> list[list[str]]:
@@ -66,9 +86,8 @@ def _sort_key(estimate: Estimate) -> tuple[bool, float]:
 
 def effect(results: Sequence[Result], reference: Sequence[Result]) -> Estimate:
     """Mean difference between runs of the same seed."""
-    base = {result.seed: getattr(result.figures, EFFECT_ON) for result in reference}
-    pairs = [(getattr(result.figures, EFFECT_ON), base.get(result.seed)) for result in results]
-    return mean([value - other for value, other in pairs if value is not None and other is not None])
+    base = _by_seed(reference)
+    return mean([value - base[seed] for seed, value in _by_seed(results).items() if seed in base])
 
 
 def _line(group: Group, against: str, results: Sequence[Result], difference: Estimate | None) -> list[str]:

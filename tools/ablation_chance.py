@@ -1,0 +1,41 @@
+"""How far apart chance alone sets two settings of an ablation."""
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import numpy.typing as npt
+from scipy import stats
+
+FEWEST_SETTINGS = 5
+_LEVEL = 0.95
+
+
+def chance(values: Sequence[Sequence[float]]) -> float | None:
+    """Half the 95 % interval of a difference between two settings' means, from the spread of all settings.
+
+    Three seeds say little of their own spread; a whole grid says much of it. What a run's value has beyond its setting
+    and its seed is chance: the residual of a two-way layout without interaction. The standard deviation is taken from
+    the median of the residuals' magnitudes, since a single setting that some seeds fail at would outweigh the others in
+    a mean of squares.
+
+    Args:
+        values: (settings, seeds), all settings with the same seeds.
+
+    Returns:
+        None where there are too few settings or seeds to tell.
+    """
+    if len(values) < FEWEST_SETTINGS or len(values[0]) < 2:
+        return None
+    table = np.asarray(values)
+    settings, seeds = table.shape
+    residuals = table - table.mean(axis=1, keepdims=True)
+    residuals -= np.median(residuals, axis=0)
+    freedom = (settings - 1) * (seeds - 1)
+    deviation = _normal_deviation(residuals) * math.sqrt(table.size / freedom)
+    return float(stats.t.ppf((1 + _LEVEL) / 2, freedom) * deviation * math.sqrt(2 / seeds))
+
+
+def _normal_deviation(residuals: npt.NDArray[np.float64]) -> float:
+    """The standard deviation of a normal distribution whose magnitudes have this median."""
+    return float(np.median(np.abs(residuals)) / stats.norm.ppf(0.75))
