@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy import stats
 
-_LEVEL = 0.95
+LEVEL = 0.95
 
 
 class Estimate(NamedTuple):
@@ -22,7 +22,7 @@ def rate(hits: int, trials: int) -> Estimate:
     """A share with Wilson's score interval."""
     if trials == 0:
         return Estimate(None, None, None)
-    interval = stats.binomtest(hits, trials).proportion_ci(_LEVEL, method="wilson")
+    interval = stats.binomtest(hits, trials).proportion_ci(LEVEL, method="wilson")
     return Estimate(hits / trials, float(interval.low), float(interval.high))
 
 
@@ -33,5 +33,5 @@ def mean(values: Sequence[float]) -> Estimate:
     centre = float(np.mean(values))
     if len(values) == 1:
         return Estimate(centre, None, None)
-    half = float(stats.t.ppf((1 + _LEVEL) / 2, len(values) - 1) * np.std(values, ddof=1) / math.sqrt(len(values)))
+    half = float(stats.t.ppf((1 + LEVEL) / 2, len(values) - 1) * np.std(values, ddof=1) / math.sqrt(len(values)))
     return Estimate(centre, centre - half, centre + half)

@@ -4,11 +4,11 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-import numpy.typing as npt
 from scipy import stats
 
+from asddpg.intervals import LEVEL
+
 FEWEST_SETTINGS = 5
-_LEVEL = 0.95
 
 
 def chance(values: Sequence[Sequence[float]]) -> float | None:
@@ -32,10 +32,5 @@ def chance(values: Sequence[Sequence[float]]) -> float | None:
     residuals = table - table.mean(axis=1, keepdims=True)
     residuals -= np.median(residuals, axis=0)
     freedom = (settings - 1) * (seeds - 1)
-    deviation = _normal_deviation(residuals) * math.sqrt(table.size / freedom)
-    return float(stats.t.ppf((1 + _LEVEL) / 2, freedom) * deviation * math.sqrt(2 / seeds))
-
-
-def _normal_deviation(residuals: npt.NDArray[np.float64]) -> float:
-    """The standard deviation of a normal distribution whose magnitudes have this median."""
-    return float(np.median(np.abs(residuals)) / stats.norm.ppf(0.75))
+    deviation = stats.median_abs_deviation(residuals, axis=None, scale="normal") * math.sqrt(table.size / freedom)
+    return float(stats.t.ppf((1 + LEVEL) / 2, freedom) * deviation * math.sqrt(2 / seeds))

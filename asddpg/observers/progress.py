@@ -12,13 +12,16 @@ from asddpg.types import Driver, Episode, Step, Watcher
 ON_TERMINAL, IN_FILE = 0.5, 10.0  # seconds between two states; a file keeps every one of them
 
 
+def _interval() -> float:
+    return ON_TERMINAL if sys.stderr.isatty() else IN_FILE
+
+
 class ProgressBar(Watcher):
     """Steps a second, time left, outcomes of the last 100 episodes, controller share of the last 1000 steps or so."""
 
     def __init__(self, total_steps: int, steps: int = 0, outcomes: Iterable[str] = ()) -> None:
         """Go on after so many steps, and after episodes that ended so."""
-        often = ON_TERMINAL if sys.stderr.isatty() else IN_FILE
-        self._bar = tqdm(total=total_steps, initial=steps, unit=" steps", smoothing=0.05, mininterval=often)
+        self._bar = tqdm(total=total_steps, initial=steps, unit=" steps", smoothing=0.05, mininterval=_interval())
         self._recent = RecentEpisodes(outcomes)
         self._share = 0.0
 
@@ -50,7 +53,7 @@ class EpisodeBar(Watcher):
     """Counts episodes of an evaluation."""
 
     def __init__(self, total_episodes: int) -> None:
-        self._bar = tqdm(total=total_episodes, unit=" episodes", leave=False)
+        self._bar = tqdm(total=total_episodes, unit=" episodes", leave=False, mininterval=_interval())
 
     def end_episode(self, episode: Episode) -> None:
         """Move on by one."""
