@@ -120,9 +120,9 @@ class LearningConfig:
     n_steps: int = 3
     # Two critics, the smaller one bootstraps (TD3, Fujimoto et al., 2018).
     twin_critics: bool = False
-    # σ of the noise on π' in y^A, in units of half an action's range, cut at twice that (TD3).
+    # σ of the noise on π' in y^A, in units of half an action's range, cut at twice that (after TD3: 0.2, cut at 0.5).
     target_noise: float = 0.0
-    # Updates of the critic for each of the policy (TD3).
+    # Updates of the critic for each of the policy (after TD3, which delays the critic's target too).
     policy_every: int = 2
     # Whether a batch is half from the actor's steps and half from the controller's.
     balanced_batches: bool = False

@@ -19,7 +19,8 @@ def check_memory(shape: NetworkShape, learning: LearningConfig) -> None:
     branches = 2 + learning.assisted + learning.twin_critics
     _check(_COPIES * branches * branch_size(shape), "the networks take", "narrow network.widths")
     row = Layout(shape.observation_size, len(shape.action_low)).width
-    _check(learning.buffer_size * row, "the replay buffer takes", "lower agent.buffer_size")
+    rings = 2 if learning.balanced_batches else 1
+    _check(rings * learning.buffer_size * row, "the replay buffer takes", "lower agent.buffer_size")
 
 
 def _check(numbers: int, what: str, cure: str) -> None:

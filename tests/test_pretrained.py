@@ -7,7 +7,7 @@ import pytest
 from asddpg.build import make_agent, make_environment
 from asddpg.drivers import actor_alone
 from asddpg.loop import run_episode
-from asddpg.pretrained import names, open_pretrained
+from asddpg.pretrained import FOLDER, names, open_pretrained
 from asddpg.trained import open_trained
 from tasks.fresh_pairs import stored_pairs
 from tests import pretrained_checks
@@ -28,8 +28,12 @@ def test_files_and_card(name: str) -> None:
     pretrained_checks.check_nothing_but_tensors(folder)
     pretrained_checks.check_the_cards_command(folder)
     names_in_it = pretrained_checks.run_the_cards_snippet(folder)
-    reach = json.loads(folder.test.read_text())["actor"]["reach_rate"]["value"]
+    tested = json.loads(folder.test.read_text())
+    reach, crash = (tested["actor"][rate]["value"] for rate in ("reach_rate", "crash_rate"))
     assert f"| reach rate | {reach:.3f} [" in folder.card.read_text()
+    alone = tested["controller"]["reach_rate"]["value"]
+    listed = f"| [{name}]({name}/card.md) | {reach:.3f} | {crash:.3f} | {alone:.3f} |"
+    assert listed in (FOLDER / "README.md").read_text(encoding="utf-8")
     assert names_in_it["policy"].step > 0
 
 

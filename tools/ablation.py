@@ -23,8 +23,9 @@ from tools.ablation_screening import first_round, screened
 from tools.ablation_table import Row, report
 from tools.option_words import options_in
 from tools.run_csv import PUBLISHED
-from tools.run_grid import OWN_WORDS, VERBS, known_runs, results_of, run_grid
+from tools.run_grid import OWN_WORDS, VERBS, end, known_runs, results_of, run_grid
 from tools.run_groups import Group
+from tools.run_tables import Results
 
 FOLDER = Path("runs") / "ablation"
 TABLE = PUBLISHED / "ablation.csv"
@@ -131,15 +132,19 @@ def main(words: Sequence[str]) -> None:
     grid = rows(asked)
     if asked.margin is not None:
         if not asked.verb and any(len(row.group.seeds) > 1 for row in grid.values()):
-            _run(asked, grid, first_round(grid))
+            _run(asked, grid, first_round(grid))  # what fails here is tried again below, and told there
         groups = _groups(grid)
         grid = screened(grid, results_of(groups, known_runs(groups, FOLDER, asked.published)), asked.margin)
-    _run(asked, grid, _groups(grid))
+    end(_run(asked, grid, _groups(grid)))
 
 
-def _run(asked: Request, grid: Mapping[str, Row], groups: Mapping[str, Group]) -> None:
+def _run(asked: Request, grid: Mapping[str, Row], groups: Mapping[str, Group]) -> str:
     title, legend = f"{shlex.join(asked.words)}, {asked.steps} steps", _legend(asked.factors)
-    run_grid(asked.verb, groups, FOLDER, lambda results: f"{report(title, grid, results)}\n\n{legend}", asked.published)
+
+    def drawn(results: Results) -> str:
+        return f"{report(title, grid, results)}\n\n{legend}"
+
+    return run_grid(asked.verb, groups, FOLDER, drawn, asked.published)
 
 
 def _groups(grid: Mapping[str, Row]) -> dict[str, Group]:

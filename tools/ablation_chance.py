@@ -9,9 +9,10 @@ from scipy import stats
 from asddpg.intervals import LEVEL
 
 FEWEST_SETTINGS = 5
+EFFICIENCY = 0.37  # of the median magnitude against the mean square, for normal residuals (Rousseeuw and Croux, 1993)
 
 
-def chance(values: Sequence[Sequence[float]]) -> float | None:
+def chance(values: Sequence[Sequence[float]], differences: int = 1) -> float | None:
     """Half the 95 % interval of a difference between two settings' means, from the spread of all settings.
 
     Three seeds say little of their own spread; a whole grid says much of it. What a run's value has beyond its setting
@@ -21,6 +22,8 @@ def chance(values: Sequence[Sequence[float]]) -> float | None:
 
     Args:
         values: (settings, seeds), all settings with the same seeds.
+        differences: how many are looked at; where there are several, what the largest of them stays below in 95 % of
+            all grids without any effect (Šidák's bound, which takes them for independent).
 
     Returns:
         None where there are too few settings or seeds to tell.
@@ -33,4 +36,5 @@ def chance(values: Sequence[Sequence[float]]) -> float | None:
     residuals -= np.median(residuals, axis=0)
     freedom = (settings - 1) * (seeds - 1)
     deviation = stats.median_abs_deviation(residuals, axis=None, scale="normal") * math.sqrt(table.size / freedom)
-    return float(stats.t.ppf((1 + LEVEL) / 2, freedom) * deviation * math.sqrt(2 / seeds))
+    level = LEVEL ** (1 / differences)
+    return float(stats.t.ppf((1 + level) / 2, EFFICIENCY * freedom) * deviation * math.sqrt(2 / seeds))

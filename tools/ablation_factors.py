@@ -115,7 +115,7 @@ FACTORS = {
         on=("agent.annealing=0.3",),
     ),
     "shared_convolutions": Factor(
-        "one convolutional front for policy and critic",
+        "one convolutional front for policy and critic; the default has two, the paper's setting none",
         "the paper's Fig. 2",
         off=("network.convolutions=separate",),
         on=("network.convolutions=shared",),

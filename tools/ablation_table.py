@@ -20,7 +20,7 @@ SHOWN = (
     "last_five",
     "swing",
 )
-EFFECT = Column("effect on it", "{:+.3f}", is_share=False)
+EFFECT = Column("effect on reach", "{:+.3f}", is_share=False)
 
 
 @dataclass(frozen=True)
@@ -48,12 +48,13 @@ def _chance_note(root: str, rows: Mapping[str, Row], results: Results) -> list[s
     seeds = rows[root].group.seeds
     values = [_by_seed(results[name]) for name in rows if _root(name, rows) == root]
     complete = [[of_setting[seed] for seed in seeds] for of_setting in values if set(seeds) <= set(of_setting)]
-    apart = chance(complete)
+    apart, others = chance(complete), len(complete) - 1
     if apart is None:
         return []
     return [
         f"Chance alone sets two settings of {len(seeds)} seeds up to {apart:.3f} apart (95 %, from the spread of the "
-        f"{len(complete)} settings with all seeds; of twenty such differences one is larger)."
+        f"{len(complete)} settings with all seeds). Who looks at all of them looks for the largest: among {others} "
+        f"differences chance gives one of up to {chance(complete, others):.3f}."
     ]
 
 

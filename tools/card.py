@@ -39,6 +39,7 @@ $limits
 
 ```
 python -m asddpg.evaluate run=pretrained:$name
+python -m asddpg.play run=pretrained:$name live=true     # watch it in Foxglove
 ```
 
 ```python

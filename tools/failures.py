@@ -66,9 +66,8 @@ def report(drives: Sequence[Drive]) -> str:
     if not failed:
         return f"On none of the {len(drives)} pairs."
     near = sum(math.dist(drive.end, drive.pair.goal) < NEAR for drive in failed)
-    kinds = (
-        f"It fails on {len(failed)} of {len(drives)} pairs: {_kinds(failed)}; {near} end within {NEAR:g} m of the goal."
-    )
+    ending = f"{near} {'ends' if near == 1 else 'end'} within {NEAR:g} m of the goal"
+    kinds = f"It fails on {len(failed)} of {len(drives)} pairs: {_kinds(failed)}; {ending}."
     return "\n\n".join(
         [kinds, "By length of the shortest path:", _length_table(drives), *_region_table(drives, len(failed))]
     )

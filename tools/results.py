@@ -13,7 +13,7 @@ from asddpg.errors import UserError
 from asddpg.program import run
 from tools import controller_alone
 from tools.run_csv import PUBLISHED
-from tools.run_grid import OWN_WORDS, VERBS, run_grid
+from tools.run_grid import OWN_WORDS, VERBS, end, run_grid
 from tools.run_groups import Group
 from tools.run_tables import LEGEND, Results, runs_table
 
@@ -53,7 +53,11 @@ def main(words: Sequence[str]) -> None:
         raise UserError("list or table, not both")
     groups = {name: group for name, group in GROUPS.items() if name in plain} or GROUPS
     published = TABLE if "published" in plain else None
-    run_grid("".join(verbs), groups, FOLDER, lambda results: report(groups, results, may_drive=not verbs), published)
+
+    def drawn(results: Results) -> str:
+        return report(groups, results, may_drive=not verbs)
+
+    end(run_grid("".join(verbs), groups, FOLDER, drawn, published))
 
 
 def report(groups: dict[str, Group], results: Results, may_drive: bool) -> str:

@@ -23,6 +23,7 @@ PUBLISHED = Path(__file__).resolve().parent.parent / "docs" / "runs"
 FIGURES = tuple(field.name for field in dataclasses.fields(RunFigures))
 MADE_WITH = ("asddpg", "model_hash")
 DIGEST = "options_digest"
+DIGITS = 16  # of a digest
 COLUMNS = ("group", "seed", *FIGURES, *MADE_WITH, "folder", "words", DIGEST)
 
 
@@ -60,7 +61,7 @@ def write_csv(path: Path, groups: Mapping[str, Group], results: Results) -> None
 
 def digest(settings: Settings) -> str:
     """Names an experiment by the values of its options; its words alone do not, as defaults change."""
-    return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:16]
+    return hashlib.sha256(json.dumps(settings, sort_keys=True).encode()).hexdigest()[:DIGITS]
 
 
 def published_runs(path: Path, groups: Mapping[str, Group]) -> list[PublishedRun]:
@@ -112,7 +113,8 @@ def _rows(path: Path) -> dict[str, _Row]:
 
 def _row(row: Mapping[str, str]) -> _Row:
     """ValueError where it is damaged."""
-    if any(row[name] is None for name in COLUMNS):  # as csv reads a row that is cut short
+    cut = any(row[name] is None for name in COLUMNS)  # as csv reads a row that is cut short
+    if cut or len(row[DIGEST]) != DIGITS:  # the last column may be what is cut
         raise ValueError(f"the row of {row['group']}, seed {row['seed']}, is cut short")
     figures = {name: float(row[name]) if row[name] else None for name in FIGURES}
     if not all(math.isfinite(value) for value in figures.values() if value is not None):

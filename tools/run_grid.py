@@ -35,11 +35,11 @@ def run_grid(
     folder: Path,
     report: Callable[[Results], str],
     published: Path | None = None,
-) -> None:
+) -> str:
     """Do what was asked: `list` the runs, write the `table` of those there are, or, with no verb, train and write it.
 
-    Runs of the published file, if one is given, count as there. A run that failed ends the program with status 1,
-    after the table of the others.
+    Runs of the published file, if one is given, count as there. A run that fails keeps none of the others from being
+    trained; which did is said in what comes back, nothing where none did.
     """
     known = known_runs(groups, folder, published)
     todo = missing(groups, known)  # a wrong word is found before anything is done
@@ -48,12 +48,17 @@ def run_grid(
         said = plan(groups, known) if verb == "list" else begin
         print("\n".join(part for part in (said, _published_sentence(groups, published)) if part), flush=True)
     if verb == "list":
-        return
+        return ""
     failed = [] if verb == "table" else train(todo, folder)
     write_tables(groups, folder, report, published)
+    logs = ", ".join(str(log_of(run, folder)) for run in failed)
+    return f"{len(failed)} of {len(todo)} runs failed; their last words are in {logs}" if failed else ""
+
+
+def end(failed: str) -> None:
+    """End a program with status 1 where runs failed."""
     if failed:
-        logs = ", ".join(str(log_of(run, folder)) for run in failed)
-        sys.exit(f"error: {len(failed)} of {len(todo)} runs failed; their last words are in {logs}")
+        sys.exit(f"error: {failed}")
 
 
 def write_tables(

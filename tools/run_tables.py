@@ -12,9 +12,9 @@ from tools.run_store import FinishedRun
 
 LEGEND = (
     "While training: the last 200 episodes, noise on, the controller as far as its schedule lets it. Controller: its "
-    "share of the steps by quarter of training and in the last 10 %, which the schedule bounds; switch prefers it: the "
-    "share of the steps in the last 10 % where the switch rates it above the actor, whoever drove. In brackets 95 % "
-    "Student intervals over seeds, of shares cut at 0 and 1."
+    "share of the steps, which the schedule bounds, by quarter of training or in its last 10 %. Switch prefers the "
+    "controller: the share of the steps in the last 10 % where it rates the controller above the actor, whoever drove. "
+    "In brackets 95 % Student intervals over seeds, of shares cut at 0 and 1."
 )
 
 
@@ -43,11 +43,11 @@ COLUMNS = {
     "share_2": Column("2/4"),
     "share_3": Column("3/4"),
     "share_4": Column("4/4"),
-    "share_end": Column("last 10 %"),
-    "switch_prefers": Column("switch prefers it"),
+    "share_end": Column("controller, last 10 %"),
+    "switch_prefers": Column("switch prefers the controller"),
     "last_five": Column("last five validations"),
-    "best_five": Column("best five"),
-    "swing": Column("difference", is_share=False),
+    "best_five": Column("best five validations"),
+    "swing": Column("best less last five", is_share=False),
     "steps_per_second": Column("steps/s", "{:.0f}", is_share=False),
     "memory_mb": Column("memory (MB)", "{:.0f}", is_share=False),
 }

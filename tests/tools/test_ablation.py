@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from asddpg.errors import UserError
-from tests.tools.fake_runs import finish_group
+from tests.tools.fake_runs import finish, finish_group
 from tools import ablation
 from tools.ablation_factors import FACTORS, Factor
 from tools.ablation_table import Row
@@ -231,6 +231,22 @@ def test_the_first_seed_of_every_setting_is_trained_before_any_other(monkeypatch
     monkeypatch.setattr("tools.run_grid.train", train)
     ablation.main(["seeds=100,101", "steps=1000"])
     assert trained[0] == ["default_seed100", "paper_seed100"]
+
+
+def test_a_first_run_that_fails_keeps_no_other_setting_from_its_seeds(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(ablation, "FACTORS", {})
+    trained: list[list[str]] = []
+
+    def train(runs: Sequence[Run], folder: Path) -> list[Run]:
+        trained.append([run.name for run in runs])
+        for run in runs[1:]:
+            finish(folder / run.name, run.settings)
+        return list(runs[:1])
+
+    monkeypatch.setattr("tools.run_grid.train", train)
+    with pytest.raises(SystemExit, match=r"1 of 3 runs failed; .*default_seed100\.log"):
+        ablation.main(["seeds=100,101", "steps=1000"])
+    assert trained == [["default_seed100", "paper_seed100"], ["default_seed100", "default_seed101", "paper_seed101"]]
 
 
 def test_an_effect_against_another_row_than_the_first_names_it(capsys: pytest.CaptureFixture[str]) -> None:

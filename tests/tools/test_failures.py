@@ -34,6 +34,6 @@ def test_kinds_lengths_and_regions() -> None:
 def test_only_the_worst_are_written_out() -> None:
     drives = [drive((2.0 * index + 0.5, 0.5), 2.0, "crashed") for index in range(8)]
     text = report(drives)
-    assert "It fails on 8 of 8 pairs: 8 crashed; 1 end within 1 m of the goal." in text
+    assert "It fails on 8 of 8 pairs: 8 crashed; 1 ends within 1 m of the goal." in text
     assert len([line for line in text.splitlines() if line.startswith("| x ")]) == 5
     assert "The other 3 lie elsewhere; `test.json` lists every failure" in text
