@@ -194,7 +194,8 @@ def test_what_makes_no_sense_is_refused_in_a_sentence(viewer: Viewer, name: str,
 
 def test_the_viewer_pauses_and_goes_step_by_step(viewer: Viewer) -> None:
     viewer.watch("/step")
-    viewer.next("/step")
+    viewer.set("/speed", 2)  # so that the episode is not over before the viewer has spoken
+    viewer.next("/step", lambda told: told["step"] == 3)
     viewer.set("/step_once", True)
     assert viewer.parameters["/paused"] is True
     viewer.settle()
@@ -205,10 +206,27 @@ def test_the_viewer_pauses_and_goes_step_by_step(viewer: Viewer) -> None:
         viewer.until(lambda count=count: len(viewer.messages) > count)  # type: ignore[misc]
         viewer.settle()
         assert len(viewer.messages) == count + 1
-    first, *_, last = steps_of(viewer.messages[-3:])
-    assert (last - first) % EPISODE == 2
+    first, second, third = steps_of(viewer.messages[-3:])
+    assert (second, third) == (first + 1, first + 2)
     viewer.set("/paused", False)
     viewer.next("/step")
+
+
+def test_step_by_step_an_episode_ends_is_told_its_outcome_and_the_next_one_begins(viewer: Viewer) -> None:
+    viewer.watch("/step", "/outcome", "/goal")
+    pause_after(EPISODE - 3, viewer)
+    at = steps_of(viewer.messages)[-1]
+    seen: list[list[str]] = []
+    for _ in range(EPISODE - 1 - at + 3):
+        count = len(viewer.messages)
+        viewer.set("/step_once", True)
+        viewer.until(lambda count=count: len(viewer.messages) > count)  # type: ignore[misc]
+        viewer.settle()
+        seen.append([message.topic for message in viewer.messages[count:]])
+    *steps, outcome, beginning, step = seen
+    assert steps == [["/step"]] * len(steps)
+    assert (outcome, beginning, step) == (["/outcome"], ["/outcome", "/goal"], ["/step"])  # none is known yet
+    assert steps_of(viewer.messages)[-1] == 0
 
 
 def test_the_viewer_sets_the_pace(show: Show, viewer: Viewer) -> None:
