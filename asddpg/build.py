@@ -8,7 +8,13 @@ import gymnasium
 import numpy as np
 import torch
 
-from asddpg.agent import AsDDPG
+from asddpg.algorithm.agent import AsDDPG
+from asddpg.algorithm.controllers import Controller, make_controller
+from asddpg.algorithm.exploration import OrnsteinUhlenbeckNoise
+from asddpg.algorithm.memory_check import check_file, check_memory
+from asddpg.algorithm.networks import Networks, NetworkShape
+from asddpg.algorithm.replay import BalancedReplay, ReplayBuffer
+from asddpg.algorithm.schedules import Withdrawal
 from asddpg.annealing import Annealing
 from asddpg.config import (
     ControllerConfig,
@@ -20,18 +26,12 @@ from asddpg.config import (
     TrainConfig,
     WithdrawalConfig,
 )
-from asddpg.controllers import Controller, make_controller
+from asddpg.episodes.protocols import Action
+from asddpg.episodes.random_streams import stream
 from asddpg.errors import UserError, shown
-from asddpg.exploration import OrnsteinUhlenbeckNoise
-from asddpg.memory import check_file, check_memory
-from asddpg.networks import Networks, NetworkShape
-from asddpg.recording.cameras import Cameras, HasPhysics
-from asddpg.recording.live import LiveView
-from asddpg.recording.live_controls import Steering
-from asddpg.replay import BalancedReplay, ReplayBuffer
-from asddpg.streams import stream
-from asddpg.types import Action
-from asddpg.withdrawal import Withdrawal
+from asddpg.recording.live.controls import Steering
+from asddpg.recording.live.live_view import LiveView
+from asddpg.recording.pictures.cameras import Cameras, HasPhysics
 from tasks import LaserConfig, NavigationConfig, Reward, gymnasium_id
 from tasks.gymnasium_adapter import NavigationEnv
 

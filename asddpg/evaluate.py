@@ -14,17 +14,17 @@ from omegaconf import OmegaConf
 from tqdm import tqdm
 
 from asddpg.build import make_cameras, watched
-from asddpg.compose import evaluate_config, option_names
+from asddpg.command_line import evaluate_config, option_names
 from asddpg.config import EvaluateConfig
-from asddpg.driving import Driving, open_driving
+from asddpg.episodes.evaluation import Figures, evaluate, table
 from asddpg.errors import UserError
-from asddpg.evaluation import Figures, evaluate, table
 from asddpg.observers.progress import EpisodeBar
+from asddpg.policy_setup import Driving, open_driving
 from asddpg.program import run
 from asddpg.recording.how_to_open import how_to_open
-from asddpg.run_folder import unused, write_json
-from tasks.fresh_pairs import fresh_pairs, stored_pairs
-from tasks.held_out import Pair
+from asddpg.runs.run_folder import unused, write_json
+from tasks.evaluation_pairs import fresh_pairs, stored_pairs
+from tasks.room_geometry.held_out import Pair
 
 
 def main(words: Sequence[str]) -> None:

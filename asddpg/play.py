@@ -15,17 +15,17 @@ import numpy as np
 from omegaconf import OmegaConf
 
 from asddpg.build import make_cameras, make_live, watched
-from asddpg.compose import option_names, play_config
+from asddpg.command_line import option_names, play_config
 from asddpg.config import PlayConfig
-from asddpg.driving import Driving, open_driving
-from asddpg.loop import run_episode
+from asddpg.episodes.loop import run_episode
+from asddpg.episodes.protocols import Episode, Observer
+from asddpg.episodes.steering import SteeredDriver
+from asddpg.policy_setup import Driving, open_driving
 from asddpg.program import run
-from asddpg.recording.film import Film
 from asddpg.recording.how_to_open import how_to_open, how_to_watch
+from asddpg.recording.pictures.film import Film
 from asddpg.recording.recorder import Recorder
-from asddpg.run_folder import unused
-from asddpg.steering import SteeredDriver
-from asddpg.types import Episode, Observer
+from asddpg.runs.run_folder import unused
 from tasks.gymnasium_adapter import NavigationEnv
 
 EPISODES = 3  # where nothing is said

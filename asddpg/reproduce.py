@@ -8,17 +8,17 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import SupportsFloat
 
-from asddpg import breakdown
 from asddpg.build import check_device, make_agent, make_environment, prepare_torch
+from asddpg.episodes.protocols import Step, Watcher
 from asddpg.errors import Breakdown, UserError
 from asddpg.observers.finite_check import FiniteCheck
 from asddpg.program import run
-from asddpg.resumable import ResumableEpisodes
-from asddpg.run_folder import RunFolder, read_training
-from asddpg.strangers import CONTROLLER, check_links, controller_named_in
+from asddpg.runs import failure_dump
+from asddpg.runs.checkpoints import TrainingStates
+from asddpg.runs.resumable import ResumableEpisodes
+from asddpg.runs.run_folder import RunFolder, read_training
+from asddpg.runs.safe_loading import CONTROLLER, check_links, controller_named_in
 from asddpg.training import validate
-from asddpg.training_states import TrainingStates
-from asddpg.types import Step, Watcher
 
 
 def main(words: Sequence[str]) -> None:
@@ -47,17 +47,17 @@ def main(words: Sequence[str]) -> None:
             episodes.drive_episode([last, FiniteCheck(), _WeightsCheck(episodes, trouble.step)], max_steps=most)
         if trouble.in_validation:
             validate(make_environment(config.task, config.reward), agent, config)
-    except breakdown.CAUSES as error:
-        print(f"again: after step {episodes.step} {breakdown.what_of(error)}\n{last.as_text()}")
+    except failure_dump.CAUSES as error:
+        print(f"again: after step {episodes.step} {failure_dump.what_of(error)}\n{last.as_text()}")
         return
     raise Breakdown(f"step {trouble.step} has passed, and nothing broke: another machine, or other versions")
 
 
-def _read(dump: Path) -> breakdown.Trouble:
+def _read(dump: Path) -> failure_dump.Trouble:
     try:
-        return breakdown.read(dump)
+        return failure_dump.read(dump)
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise UserError(f"{dump} is not the folder of a breakdown: no {breakdown.WHAT} can be read there") from error
+        raise UserError(f"{dump} is not the folder of a breakdown: no {failure_dump.WHAT} can be read there") from error
 
 
 class _WeightsCheck(Watcher):

@@ -15,20 +15,23 @@ from importlib import metadata
 
 import gymnasium
 
-from asddpg import checkpoint
-from asddpg.agent import AsDDPG
+from asddpg.algorithm.agent import AsDDPG
 from asddpg.build import check_device, make_agent, make_cameras, make_environment, make_live, prepare_torch, watched
-from asddpg.compose import GROUPS, option_names, resumed_config, train_config
+from asddpg.command_line import GROUPS, option_names, resumed_config, train_config
 from asddpg.config import TrainConfig
-from asddpg.drivers import actor_alone
+from asddpg.episodes.drivers import actor_alone
+from asddpg.episodes.evaluation import Figures, evaluate, table
 from asddpg.errors import UserError
-from asddpg.evaluation import Figures, evaluate, table
-from asddpg.growing_files import check as check_files
 from asddpg.observers.metrics_log import rows_of
 from asddpg.program import python, run
 from asddpg.recording.how_to_open import how_to_watch
 from asddpg.recording.recorder import Provenance
-from asddpg.run_folder import (
+from asddpg.runs import weights_file
+from asddpg.runs.append_only_logs import check as check_files
+from asddpg.runs.checkpoints import TrainingStates
+from asddpg.runs.lock import RunLock
+from asddpg.runs.rewind import set_end_aside, take_back
+from asddpg.runs.run_folder import (
     PROLONGED,
     RESUMED,
     RunFolder,
@@ -39,14 +42,11 @@ from asddpg.run_folder import (
     write_json,
     write_text,
 )
-from asddpg.run_lock import RunLock
-from asddpg.stopping import Stopped
-from asddpg.strangers import controller_named_in, naming
-from asddpg.taking_back import set_end_aside, take_back
+from asddpg.runs.safe_loading import controller_named_in, naming
+from asddpg.runs.signals import Stopped
 from asddpg.training import Parts, Training
-from asddpg.training_states import TrainingStates
-from tasks.fresh_pairs import stored_pairs
-from tasks.scenes import model_hash
+from tasks.evaluation_pairs import stored_pairs
+from tasks.scene.loading import model_hash
 
 RESUME = "resume="
 PACKAGES = ("asddpg", "mujoco", "dm-control", "torch", "numpy", "gymnasium")
@@ -198,7 +198,7 @@ def test(config: TrainConfig, folder: RunFolder, environment: gymnasium.Env, age
     pairs = stored_pairs(config.task.name, "test", config.task.goal_radius)[: config.test_episodes]
     figures = {}
     for name in ("last", "best"):
-        checkpoint.load(folder.checkpoint(name), agent)
+        weights_file.load(folder.checkpoint(name), agent)
         figures[name] = evaluate(environment, actor_alone(agent), pairs, config.task.control_timestep)
     return figures
 

@@ -8,28 +8,28 @@ from typing import Any, SupportsFloat
 import gymnasium
 import numpy as np
 
-from asddpg import breakdown, checkpoint, growing_files
-from asddpg.agent import AsDDPG
+from asddpg.algorithm.agent import AsDDPG
 from asddpg.build import make_environment, watched
 from asddpg.config import TrainConfig
-from asddpg.drivers import actor_alone
-from asddpg.evaluation import Figures, evaluate
+from asddpg.episodes.drivers import actor_alone
+from asddpg.episodes.evaluation import Figures, evaluate
+from asddpg.episodes.protocols import Observer, Step, Watcher
 from asddpg.observers.finite_check import FiniteCheck
 from asddpg.observers.metrics_log import MetricsLog, rows_of
 from asddpg.observers.progress import ProgressBar
 from asddpg.observers.step_log import StepLog
 from asddpg.observers.validation_log import write_validation
-from asddpg.recording.cameras import Cameras
-from asddpg.recording.live import LiveView
+from asddpg.recording.live.live_view import LiveView
+from asddpg.recording.pictures.cameras import Cameras
 from asddpg.recording.recorder import Provenance, Recorder, Selection, each
-from asddpg.resumable import ResumableEpisodes
-from asddpg.run_folder import RunFolder
-from asddpg.run_lock import RunLock
-from asddpg.stopping import StopBetweenSteps, Stopped, StopSignals
-from asddpg.strangers import naming
-from asddpg.training_states import TrainingStates
-from asddpg.types import Observer, Step, Watcher
-from tasks.fresh_pairs import stored_pairs
+from asddpg.runs import append_only_logs, failure_dump, weights_file
+from asddpg.runs.checkpoints import TrainingStates
+from asddpg.runs.lock import RunLock
+from asddpg.runs.resumable import ResumableEpisodes
+from asddpg.runs.run_folder import RunFolder
+from asddpg.runs.safe_loading import naming
+from asddpg.runs.signals import StopBetweenSteps, Stopped, StopSignals
+from tasks.evaluation_pairs import stored_pairs
 
 
 @dataclass(frozen=True)
@@ -104,14 +104,14 @@ class Training:
             observers = self._observers(closing, signals)
             try:
                 self._train_and_keep(observers, signals)
-            except breakdown.CAUSES as error:
-                trouble = breakdown.Trouble(self.step, breakdown.what_of(error), self._is_validating)
-                raise breakdown.stopped(self._folder, self._states, trouble, naming(self._config)) from error
+            except failure_dump.CAUSES as error:
+                trouble = failure_dump.Trouble(self.step, failure_dump.what_of(error), self._is_validating)
+                raise failure_dump.stopped(self._folder, self._states, trouble, naming(self._config)) from error
             if signals.number:
                 raise Stopped(signals.number)
         # Again: the process that wrote the last checkpoint may have been killed before it came to the weights.
         for name in ("last",) if self._best else ("last", "best"):
-            checkpoint.save(self._folder.checkpoint(name), self._parts.agent, self._episodes.step)
+            weights_file.save(self._folder.checkpoint(name), self._parts.agent, self._episodes.step)
 
     def _train_and_keep(self, observers: Sequence[Observer], signals: StopSignals) -> None:
         try:
@@ -193,12 +193,12 @@ class Training:
         self._say(
             f"step {step}: actor alone reaches {reach:.2f}, crashes {crash:.2f} ({figures.episodes} validation pairs)"
         )
-        checkpoint.save(self._folder.checkpoint("last"), agent, step)
+        weights_file.save(self._folder.checkpoint("last"), agent, step)
         if config.validation.snapshots:
-            checkpoint.save(self._folder.snapshot(step), agent, step)
+            weights_file.save(self._folder.snapshot(step), agent, step)
         if [reach, metric] > self._best:
             self._best = [reach, metric]
-            checkpoint.save(self._folder.checkpoint("best"), agent, step)
+            weights_file.save(self._folder.checkpoint("best"), agent, step)
 
     # Keeping ------------------------------------------------------------------------------------------------------
 
@@ -227,11 +227,11 @@ class Training:
                 "validations": self._validations,
                 "best": self._best,
                 "seconds": self.seconds,
-                "files": growing_files.lengths(self._folder.path),
+                "files": append_only_logs.lengths(self._folder.path),
             },
         )
         self._kept = step
-        checkpoint.save(self._folder.checkpoint("last"), agent, step)
+        weights_file.save(self._folder.checkpoint("last"), agent, step)
 
 
 def _close(close: Callable[[], None], closing: ExitStack) -> None:

@@ -8,14 +8,14 @@ from gymnasium import spaces
 
 from tasks import constants
 from tasks.errors import TaskError
+from tasks.flat_observation import Float32Array, ScanStack
+from tasks.graphics.rendering import OffscreenRenderer
 from tasks.navigation import GOAL_BOUND, VELOCITY_BOUNDS, NavigationConfig
-from tasks.obstacles import Obstacles
 from tasks.outcomes import Outcome
 from tasks.physics import FloatArray, Pose
 from tasks.registry import ALL_TASKS, load
-from tasks.rendering import OffscreenRenderer
 from tasks.rewards import Reward, dense_part
-from tasks.stacking import Float32Array, ScanStack
+from tasks.room_geometry.obstacles import Obstacles
 
 
 class NavigationEnv(gymnasium.Env[Any, Any]):

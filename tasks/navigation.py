@@ -12,9 +12,9 @@ from tasks import constants
 from tasks.errors import TaskError
 from tasks.laser import Laser, LaserConfig
 from tasks.outcomes import Outcome
-from tasks.pair_rules import PairRule
 from tasks.physics import FloatArray, Physics, Pose
 from tasks.rewards import Reward
+from tasks.room_geometry.start_goal import PairRule
 
 # Bounds of the observation, wide enough for anything the robot does. The wheels' limit gives 1.2 m/s and 7.3 rad/s.
 VELOCITY_BOUNDS = np.array([3.0, 15.0])  # m/s, rad/s

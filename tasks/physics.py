@@ -11,7 +11,7 @@ from dm_control import mujoco as dm_mujoco
 
 from tasks.constants import MAX_RANGE, MAX_SONAR_RANGE, MIN_RANGE, MIN_SONAR_RANGE, TRACK, TURN_RATE_LIMIT, WHEEL_RADIUS
 from tasks.errors import TaskError
-from tasks.rendering import OffscreenRenderer, Picture
+from tasks.graphics.rendering import OffscreenRenderer, Picture
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -183,7 +183,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         """A picture of the scene, uint8 (height, width, 3), by a camera's name or number, −1 the overall view.
 
         dm_control's own would open a screen first; of its arguments these are kept. For many pictures keep an
-        OffscreenRenderer (tasks.rendering), which also takes an mujoco.MjData; depth is mujoco.Renderer's.
+        OffscreenRenderer (tasks.graphics.rendering), which also takes an mujoco.MjData; depth is mujoco.Renderer's.
         """
         renderer = OffscreenRenderer(self.model.ptr, width, height)
         try:

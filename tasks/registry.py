@@ -9,12 +9,12 @@ import numpy as np
 from dm_control.rl import control
 
 from tasks.errors import TaskError
-from tasks.held_out import held_out_goals
 from tasks.navigation import Navigation, NavigationConfig
-from tasks.pair_rules import FreeSpaceRule, OriginRule, PairRule
 from tasks.physics import Physics
 from tasks.rewards import REWARDS, Reward
-from tasks.scenes import TASK_CAMERAS, open_scene, scene_path
+from tasks.room_geometry.held_out import held_out_goals
+from tasks.room_geometry.start_goal import FreeSpaceRule, OriginRule, PairRule
+from tasks.scene.loading import TASK_CAMERAS, open_scene, scene_path
 
 
 @dataclass(frozen=True)

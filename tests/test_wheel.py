@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from asddpg.pretrained import names
+from asddpg.runs.pretrained import names
 from tests.conftest import ROOT
 
 
@@ -52,7 +52,7 @@ def test_an_installed_wheel_trains_in_an_empty_folder(wheel: Path, tmp_path: Pat
     run([python, "-m", "pip", "install", "--quiet", "-c", str(ROOT / "constraints.txt"), str(wheel)], folder)
     where = run([python, "-c", "import asddpg, tasks; print(asddpg.__file__, tasks.__file__)"], folder)
     assert all(path.startswith(str(environment)) for path in where.split())
-    listed = run([python, "-c", "from asddpg.pretrained import names; print(*names())"], folder)
+    listed = run([python, "-c", "from asddpg.runs.pretrained import names; print(*names())"], folder)
     assert listed.split() == names()
     words = ["task=nav_complex", "total_steps=300", "agent.learning_starts=100", "test_episodes=2", "run_dir=here"]
     printed = run([python, "-m", "asddpg.train", *words], folder)

@@ -1,7 +1,7 @@
 """The ablation: `python -m tools.ablation [factor…] seeds=100,101,102 steps=60000 task=nav_complex`.
 
 One factor taken away from the default at a time, or added where the default does without; and each added alone to the
-paper's setting, agent=asddpg_paper, for which paper_seeds=100 takes fewer seeds. tools/ablation_factors.py holds the
+paper's setting, agent=asddpg_paper, for which paper_seeds=100 takes fewer seeds. tools/experiments/factors.py holds the
 factors. Trains what is missing in runs/ablation, two runs at a time, and writes the table; broken off, it goes on where
 it was. The first seed goes first: a setting that then reaches 0.1 less than what it is measured against, or less than
 0.1 at all, is ruled out and not trained on the others (`rule_out=0.2` for another margin, `rule_out=none` to train
@@ -18,14 +18,14 @@ from pathlib import Path
 
 from asddpg.errors import UserError
 from asddpg.program import run
-from tools.ablation_factors import FACTORS, Factor
-from tools.ablation_screening import first_round, screened
-from tools.ablation_table import Row, report
-from tools.option_words import options_in
-from tools.run_csv import PUBLISHED
-from tools.run_grid import OWN_WORDS, VERBS, end, known_runs, results_of, run_grid
-from tools.run_groups import Group
-from tools.run_tables import Results
+from tools.experiments.ablation_table import Row, report
+from tools.experiments.factors import FACTORS, Factor
+from tools.experiments.run_csv import PUBLISHED
+from tools.experiments.run_grid import OWN_WORDS, VERBS, end, known_runs, results_of, run_grid
+from tools.experiments.run_groups import Group
+from tools.experiments.run_tables import Results
+from tools.experiments.screening import first_round, screened
+from tools.option_arguments import options_in
 
 FOLDER = Path("runs") / "ablation"
 TABLE = PUBLISHED / "ablation.csv"

@@ -26,15 +26,15 @@ import numpy as np
 import torch
 
 import tasks
+from asddpg.algorithm.networks import Features
 from asddpg.build import make_agent, make_environment, prepare_torch
-from asddpg.compose import train_config
+from asddpg.command_line import train_config
 from asddpg.config import TrainConfig
+from asddpg.episodes.loop import run_episode
 from asddpg.errors import UserError
-from asddpg.loop import run_episode
-from asddpg.networks import Features
 from asddpg.program import run
 from tasks.constants import CONTROL_TIMESTEP, TRACK, WHEEL_RADIUS
-from tools import bench_checkpoint, bench_physics, bench_recording, bench_rendering
+from tools.benchmarks import checkpoints, physics, recording, rendering
 
 ROUNDS = 25
 
@@ -193,13 +193,13 @@ def main(words: Any) -> None:
     parts: dict[str, Callable[[], None]] = {
         "environment": environment,
         "training": training,
-        "timestep": bench_physics.timestep,
-        "laser": bench_physics.laser,
-        "rooms": bench_physics.rooms,
-        "reset": bench_physics.reset,
-        "recording": bench_recording.recording,
-        "rendering": bench_rendering.rendering,
-        "checkpoint": bench_checkpoint.checkpoint,
+        "timestep": physics.timestep,
+        "laser": physics.laser,
+        "rooms": physics.rooms,
+        "reset": physics.reset,
+        "recording": recording.recording,
+        "rendering": rendering.rendering,
+        "checkpoint": checkpoints.checkpoint,
     }
     for name in words or parts:
         if name not in parts:

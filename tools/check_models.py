@@ -10,8 +10,8 @@ from typing import NamedTuple
 
 from asddpg.errors import UserError
 from asddpg.program import run
-from tasks.headless import mujoco
-from tasks.scenes import MODELS
+from tasks.graphics.headless import mujoco
+from tasks.scene.loading import MODELS
 
 MAX_COLUMNS = 120
 INDENT = 2

@@ -17,12 +17,12 @@ from PIL import Image
 
 from asddpg.errors import UserError
 from asddpg.program import run
-from asddpg.recording.caption import OUTCOME_COLOURS, Colour, captioned
-from asddpg.recording.path_message import DRIVER_COLOURS
-from asddpg.recording.reading import open_recording
-from tools.episode_states import EpisodeStates
-from tools.pictures import open_renderer, picture_file, picture_size, write
-from tools.recording_words import files_and_options
+from asddpg.recording.files.reading import open_recording
+from asddpg.recording.messages.path_message import DRIVER_COLOURS
+from asddpg.recording.pictures.caption import OUTCOME_COLOURS, Colour, captioned
+from tools.drawing.picture_file import open_renderer, picture_file, picture_size, write
+from tools.recordings.arguments import files_and_options
+from tools.recordings.episode_states import EpisodeStates
 
 OPTIONS = ("camera", "frames", "columns", "size", "file")
 MOST = 400  # pictures on a sheet

@@ -14,21 +14,21 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from asddpg import checkpoint
-from asddpg.agent import AsDDPG
+from asddpg.algorithm.agent import AsDDPG
 from asddpg.build import make_agent, make_environment, prepare_torch
 from asddpg.errors import UserError
 from asddpg.program import run
-from asddpg.run_folder import RunFolder, open_run_folder, read_training, write_json
-from asddpg.strangers import OURS
+from asddpg.runs import weights_file
+from asddpg.runs.loading import PREFIX
+from asddpg.runs.run_folder import RunFolder, open_run_folder, read_training, write_json
+from asddpg.runs.safe_loading import OURS
 from asddpg.train import hash_of
-from asddpg.trained import PREFIX
-from tasks.fresh_pairs import stored_pairs
-from tasks.obstacles import Obstacles
-from tools.diagnosis import Diagnosis, Examination, Snapshot, as_json, diagnosis_of
-from tools.option_words import options_in
-from tools.plots_extra import check_matplotlib
-from tools.training_figures import training_of
+from tasks.evaluation_pairs import stored_pairs
+from tasks.room_geometry.obstacles import Obstacles
+from tools.diagnosis.run_diagnosis import Diagnosis, Examination, Snapshot, as_json, diagnosis_of
+from tools.diagnosis.training_metrics import training_of
+from tools.drawing.matplotlib_check import check_matplotlib
+from tools.option_arguments import options_in
 
 CONTROLLER = "controller.type"
 LARGEST = {"every": 10_000, "episodes": 50}
@@ -107,13 +107,13 @@ def weights_of(folder: RunFolder, agent: AsDDPG, every: int) -> list[Path]:
     if not snapshots:
         print("note: the run kept no snapshots (validation.snapshots, validation.every); only its end is driven")
         return [last]
-    if last.is_file() and checkpoint.load(last, agent) > checkpoint.load(snapshots[-1], agent):
+    if last.is_file() and weights_file.load(last, agent) > weights_file.load(snapshots[-1], agent):
         snapshots.append(last)
     return snapshots[::-1][::every][::-1]
 
 
 def _examined(examination: Examination, agent: AsDDPG, path: Path) -> Snapshot:
-    snapshot = examination.of_snapshot(checkpoint.load(path, agent))
+    snapshot = examination.of_snapshot(weights_file.load(path, agent))
     reached = {"actor alone": snapshot.actor, "pair": snapshot.pair}
     shares = [f"{name} reaches {figures.reach_rate.value:.2f}" for name, figures in reached.items() if figures]
     print(f"step {snapshot.step}: {', '.join(shares)}", flush=True)
@@ -121,7 +121,7 @@ def _examined(examination: Examination, agent: AsDDPG, path: Path) -> Snapshot:
 
 
 def _draw(diagnosis: Diagnosis, obstacles: Obstacles, examination: Examination, folder: Path) -> None:
-    from tools.diagnosis_plots import draw  # only here: -h and wrong words need no matplotlib
+    from tools.diagnosis.plots import draw  # only here: -h and wrong words need no matplotlib
 
     draw(diagnosis, obstacles, examination.by_actor, folder)
 

@@ -11,8 +11,8 @@ import numpy as np
 from asddpg.program import run
 from tasks import ALL_TASKS
 from tasks.constants import GOAL_RADIUS
-from tasks.fresh_pairs import draw_pairs
-from tasks.held_out import FOLDER
+from tasks.evaluation_pairs import draw_pairs
+from tasks.room_geometry.held_out import FOLDER
 
 SIZES = {"validation": 50, "test": 200}
 SEED = 2018

@@ -18,12 +18,12 @@ from PIL import Image
 
 from asddpg.errors import UserError
 from asddpg.program import run
-from asddpg.recording.caption import captioned
-from tasks.headless import mujoco
-from tools.episode_states import EpisodeStates, StepRecord
-from tools.overlay import Place, Stretch, draw_path, draw_scan, scan_points
-from tools.pictures import open_renderer, picture_file, picture_size, write
-from tools.recording_words import single
+from asddpg.recording.pictures.caption import captioned
+from tasks.graphics.headless import mujoco
+from tools.drawing.picture_file import open_renderer, picture_file, picture_size, write
+from tools.recordings.arguments import single
+from tools.recordings.episode_states import EpisodeStates, StepRecord
+from tools.recordings.overlay import Place, Stretch, draw_path, draw_scan, scan_points
 
 OPTIONS = ("step", "time", "camera", "file", "size", "caption", "show")
 SHOWN = ("scan", "path")

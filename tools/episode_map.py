@@ -11,16 +11,16 @@ from pathlib import Path
 
 from asddpg.errors import UserError
 from asddpg.program import run
-from asddpg.recording.reading import open_recording
-from tasks.headless import mujoco
-from tasks.obstacles import Obstacles
-from tasks.rendering import Picture
-from tools.episode_states import EpisodeStates
-from tools.episode_ways import Way, way_of
-from tools.map_view import MapView, view_of
-from tools.pictures import picture_file
-from tools.plots_extra import check_matplotlib
-from tools.recording_words import files_and_options
+from asddpg.recording.files.reading import open_recording
+from tasks.graphics.headless import mujoco
+from tasks.graphics.rendering import Picture
+from tasks.room_geometry.obstacles import Obstacles
+from tools.drawing.map_view import MapView, view_of
+from tools.drawing.matplotlib_check import check_matplotlib
+from tools.drawing.picture_file import picture_file
+from tools.recordings.arguments import files_and_options
+from tools.recordings.episode_paths import Way, way_of
+from tools.recordings.episode_states import EpisodeStates
 
 OPTIONS = ("file", "size")
 SMALLEST, LARGEST = 200, 4000  # px
@@ -37,7 +37,7 @@ def main(words: Sequence[str]) -> None:
         raise UserError(f"a map shows {MOST} episodes at most; {len(files)} are named")
     check_matplotlib()
     ways, view, picture, task = _seen(files, size)
-    from tools.map_drawing import draw_map  # only here: -h and wrong words need no matplotlib
+    from tools.recordings.map_drawing import draw_map  # only here: -h and wrong words need no matplotlib
 
     draw_map(ways, view, picture, task, file)
     print(f"written to {file}")

@@ -14,13 +14,13 @@ import numpy as np
 
 from asddpg.errors import UserError
 from asddpg.program import run
-from asddpg.recording.reading import Recording
-from asddpg.recording.topics import ODOM
-from asddpg.strangers import plain_values
+from asddpg.recording.files.reading import Recording
+from asddpg.recording.messages.topics import ODOM
+from asddpg.runs.safe_loading import plain_values
 from tasks.physics import FloatArray
-from tools.pictures import picture_file
-from tools.plots_extra import check_matplotlib
-from tools.recording_words import single
+from tools.drawing.matplotlib_check import check_matplotlib
+from tools.drawing.picture_file import picture_file
+from tools.recordings.arguments import single
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ def main(words: Sequence[str]) -> None:
     file = picture_file(options.get("file", f"{recording.path.stem}_plot.png"), (".png",))
     check_matplotlib()
     signals = signals_of(recording)
-    from tools.signal_drawing import draw_signals  # only here: -h and wrong words need no matplotlib
+    from tools.recordings.signal_drawing import draw_signals  # only here: -h and wrong words need no matplotlib
 
     draw_signals(signals, file)
     print(f"written to {file}")

@@ -15,14 +15,14 @@ from pathlib import Path
 from typing import Any
 
 import tasks
+from asddpg.episodes.protocols import Driver
 from asddpg.errors import UserError
 from asddpg.program import run
-from asddpg.recording.reading import PART, Recording, open_recording
-from asddpg.recording.step_message import reward_in
-from asddpg.recording.topics import OUTCOME, STEP
-from asddpg.types import Driver
-from tools.option_words import options_in
-from tools.step_table import SUFFIXES, Row, check_can_write, row_of, write_table
+from asddpg.recording.files.reading import PART, Recording, open_recording
+from asddpg.recording.messages.step_message import reward_in
+from asddpg.recording.messages.topics import OUTCOME, STEP
+from tools.option_arguments import options_in
+from tools.recordings.step_table import SUFFIXES, Row, check_can_write, row_of, write_table
 
 OPTIONS = ("outcome", "task", "min_steps", "export")
 OUTCOMES = ("reached", "crashed", "timeout", "cut", "running")

@@ -18,11 +18,11 @@ from PIL import Image
 import tasks
 from asddpg.errors import UserError
 from asddpg.program import run
-from tasks.headless import mujoco
-from tasks.rendering import FREE, Picture
-from tasks.scenes import load_model
-from tools.pictures import open_renderer, picture_file, picture_size, write
-from tools.scene_words import ROBOT, scene_file
+from tasks.graphics.headless import mujoco
+from tasks.graphics.rendering import FREE, Picture
+from tasks.scene.loading import load_model
+from tools.drawing.picture_file import open_renderer, picture_file, picture_size, write
+from tools.robot.scene_argument import ROBOT, scene_file
 
 OPTIONS = ("camera", "file", "size", "shadows")
 SHADOW_SIZE = 8192  # px of the shadow's map: fine enough for a whole room

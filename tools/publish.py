@@ -21,25 +21,25 @@ from pathlib import Path
 
 import gymnasium
 
-from asddpg import policy_file, pretrained
-from asddpg.agent import AsDDPG
+from asddpg.algorithm.agent import AsDDPG
 from asddpg.build import controller_for, make_agent, make_environment, prepare_torch
 from asddpg.config import ControllerConfig, TrainConfig
-from asddpg.drivers import FixedDriver, actor_alone, controller_alone, with_switch
+from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone, with_switch
+from asddpg.episodes.evaluation import Figures, evaluate, table
 from asddpg.errors import UserError
-from asddpg.evaluation import Figures, evaluate, table
 from asddpg.observers.progress import EpisodeBar
-from asddpg.pretrained import PretrainedFolder
 from asddpg.program import run
-from asddpg.run_folder import config_text, open_run_folder, write_json
+from asddpg.runs import policy_file, pretrained
+from asddpg.runs.loading import Trained, open_trained
+from asddpg.runs.pretrained import PretrainedFolder
+from asddpg.runs.run_folder import config_text, open_run_folder, write_json
 from asddpg.train import hash_of, versions
-from asddpg.trained import Trained, open_trained
-from tasks.fresh_pairs import stored_pairs
-from tasks.held_out import Pair
-from tools.card import Facts, card
-from tools.command_words import command_of
-from tools.failures import Drive, EndingsLog, report
-from tools.option_words import options_in
+from tasks.evaluation_pairs import stored_pairs
+from tasks.room_geometry.held_out import Pair
+from tools.option_arguments import options_in
+from tools.publishing.card import Facts, card
+from tools.publishing.command_arguments import command_of
+from tools.publishing.failures import Drive, EndingsLog, report
 
 OPTIONS = ("run", "name", "checkpoint", "episodes", "overwrite", "note")
 LARGEST = 3_000_000  # bytes of weights: the repository stays small

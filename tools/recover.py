@@ -12,12 +12,12 @@ from mcap.records import McapRecord
 
 from asddpg.errors import UserError, shown
 from asddpg.program import run
-from asddpg.recording.journal_reading import in_full
-from asddpg.recording.mcap_file import CONFIG, METADATA
-from asddpg.recording.reading import DAMAGE, PART
-from tools.cut_episode import CutEpisode, episode_in
-from tools.recording_contents import Contents, contents_of, write_recording
-from tools.salvage import salvage
+from asddpg.recording.files.journal_reading import in_full
+from asddpg.recording.files.mcap_file import CONFIG, METADATA
+from asddpg.recording.files.reading import DAMAGE, PART
+from tools.recordings.contents import Contents, contents_of, write_recording
+from tools.recordings.cut_episode import CutEpisode, episode_in
+from tools.recordings.salvage import salvage
 
 MCAP = ".mcap"
 OUTCOMES = ("reached", "crashed", "timeout", "cut")

@@ -15,16 +15,16 @@ import gymnasium
 import numpy as np
 
 from asddpg.build import make_environment, watched
+from asddpg.episodes.protocols import Action
 from asddpg.errors import UserError
 from asddpg.program import run
-from asddpg.recording.moments import NANOSECONDS
-from asddpg.recording.reading import Recording, open_recording
-from asddpg.run_folder import training_in
+from asddpg.recording.files.reading import Recording, open_recording
+from asddpg.recording.samples import NANOSECONDS
+from asddpg.runs.run_folder import training_in
 from asddpg.train import hash_of
-from asddpg.types import Action
 from tasks.errors import TaskError
-from tasks.state_digest import state_digest
-from tools.recording_files import files_named
+from tasks.scene.state_digest import state_digest
+from tools.recordings.files import files_named
 
 RUNNING = "running"
 OPEN_ENDS = ("cut", RUNNING)  # outcomes of recordings that do not tell how the episode ended

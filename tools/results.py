@@ -8,14 +8,14 @@ runs there are. With `published` the runs of docs/runs/results.csv count as ther
 from collections.abc import Sequence
 from pathlib import Path
 
-from asddpg.compose import train_config
+from asddpg.command_line import train_config
 from asddpg.errors import UserError
 from asddpg.program import run
-from tools import controller_alone
-from tools.run_csv import PUBLISHED
-from tools.run_grid import OWN_WORDS, VERBS, end, run_grid
-from tools.run_groups import Group
-from tools.run_tables import LEGEND, Results, runs_table
+from tools.experiments import controller_alone
+from tools.experiments.run_csv import PUBLISHED
+from tools.experiments.run_grid import OWN_WORDS, VERBS, end, run_grid
+from tools.experiments.run_groups import Group
+from tools.experiments.run_tables import LEGEND, Results, runs_table
 
 FOLDER = Path("runs") / "results"
 TABLE = PUBLISHED / "results.csv"

@@ -12,9 +12,9 @@ import numpy as np
 from asddpg.errors import UserError
 from asddpg.program import run
 from tasks.physics import FloatArray
-from tasks.scenes import open_scene
-from tools.robot_model import RobotModel
-from tools.scene_words import ROBOT, scene_file
+from tasks.scene.loading import open_scene
+from tools.robot.robot_model import RobotModel
+from tools.robot.scene_argument import ROBOT, scene_file
 
 
 class Figure(NamedTuple):

@@ -10,12 +10,12 @@ import shlex
 from collections.abc import Sequence
 from pathlib import Path
 
+from asddpg.atomic_write import write_whole
 from asddpg.errors import UserError
 from asddpg.program import run
-from asddpg.whole_files import write_whole
-from tools import run_csv
-from tools.run_csv import COLUMNS, DIGEST, digest, outdated
-from tools.run_groups import settings_of
+from tools.experiments import run_csv
+from tools.experiments.run_csv import COLUMNS, DIGEST, digest, outdated
+from tools.experiments.run_groups import settings_of
 
 
 def stamp(path: Path) -> int:

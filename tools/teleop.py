@@ -14,15 +14,15 @@ import numpy as np
 import tasks
 from asddpg.errors import UserError
 from asddpg.program import run
-from tasks.pair_rules import PairRule
 from tasks.physics import Physics
 from tasks.registry import definition_of
-from tasks.scene_checks import missing_elements
-from tasks.scenes import load_model, robot_physics
-from tools.pacing import Pace
-from tools.scene_words import ROBOT, scene_file
-from tools.teleop_keys import BACKSPACE, HELP, Teleop
-from tools.viewer import check_screen, open_viewer
+from tasks.room_geometry.start_goal import PairRule
+from tasks.scene.checks import missing_elements
+from tasks.scene.loading import load_model, robot_physics
+from tools.robot.pacing import Pace
+from tools.robot.scene_argument import ROBOT, scene_file
+from tools.robot.teleop_keys import BACKSPACE, HELP, Teleop
+from tools.robot.viewer import check_screen, open_viewer
 
 FRAME = 0.02  # s between two pictures; the command may change with each
 

@@ -6,7 +6,7 @@ from typing import Any, SupportsFloat
 
 import numpy as np
 
-from asddpg.types import Observation, Step, Watcher
+from asddpg.episodes.protocols import Observation, Step, Watcher
 
 LOSSES = ("critic_loss", "switch_loss", "policy_loss")  # a TD error may be nan: of a driver who is not in the batch
 

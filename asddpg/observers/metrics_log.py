@@ -8,8 +8,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol, SupportsFloat, TextIO
 
-from asddpg.types import Episode, Observation, Step
-from asddpg.whole_files import closed_on_error
+from asddpg.atomic_write import closed_on_error
+from asddpg.episodes.protocols import Episode, Observation, Step
 
 WINDOW = 100  # episodes
 

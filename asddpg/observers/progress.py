@@ -6,8 +6,8 @@ from typing import SupportsFloat
 
 from tqdm import tqdm
 
+from asddpg.episodes.protocols import Driver, Episode, Step, Watcher
 from asddpg.observers.metrics_log import RecentEpisodes
-from asddpg.types import Driver, Episode, Step, Watcher
 
 ON_TERMINAL, IN_FILE = 0.5, 10.0  # seconds between two states; a file keeps every one of them
 

@@ -11,7 +11,7 @@ from tensorboard.compat.proto.event_pb2 import Event
 from tensorboard.compat.proto.summary_pb2 import Summary
 from tensorboard.summary.writer.record_writer import RecordWriter
 
-from asddpg.whole_files import closed_on_error
+from asddpg.atomic_write import closed_on_error
 
 
 class ScalarEvents:

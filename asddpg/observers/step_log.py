@@ -8,8 +8,8 @@ from typing import Any, SupportsFloat
 
 import numpy as np
 
-from asddpg.types import Driver, Episode, Observation, Step
-from asddpg.whole_files import write_whole
+from asddpg.atomic_write import write_whole
+from asddpg.episodes.protocols import Driver, Episode, Observation, Step
 
 COLUMNS = (
     "episode", "x", "y", "distance", "by_controller",

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-LAYOUT = Path(__file__).resolve().parent.parent.parent / "tools" / "foxglove" / "asddpg.layout.json"
+LAYOUT = Path(__file__).resolve().parents[2] / "tools" / "foxglove" / "asddpg.layout.json"
 _WITH_LAYOUT = f"once, for the layout: Layouts, Import from file, {LAYOUT}"
 
 

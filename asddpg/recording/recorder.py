@@ -6,17 +6,17 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, SupportsFloat
 
-from asddpg.recording.cameras import Cameras
-from asddpg.recording.channels import Channels
-from asddpg.recording.journal import Layout
-from asddpg.recording.mcap_file import RecordingFile, RecordingFiles
-from asddpg.recording.moments import Moment, MomentReader, Reading, Watched
-from asddpg.recording.publisher import Publisher
-from asddpg.recording.scene_messages import scene_message
-from asddpg.recording.states import States
-from asddpg.recording.step_message import as_json, told
-from asddpg.types import Episode, Observation, Step
-from tasks.body_frames import BodyFrames
+from asddpg.episodes.protocols import Episode, Observation, Step
+from asddpg.recording.files.journal import Layout
+from asddpg.recording.files.mcap_file import RecordingFile, RecordingFiles
+from asddpg.recording.messages.channels import Channels
+from asddpg.recording.messages.pose_messages import States
+from asddpg.recording.messages.publisher import Publisher
+from asddpg.recording.messages.scene_messages import scene_message
+from asddpg.recording.messages.step_message import as_json, told
+from asddpg.recording.pictures.cameras import Cameras
+from asddpg.recording.samples import Moment, MomentReader, Reading, Watched
+from tasks.scene.frames import BodyFrames
 
 BATCH_STEPS = 10  # brought to the disk at once; a killed process loses no more
 

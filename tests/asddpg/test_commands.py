@@ -12,8 +12,8 @@ import torch
 import yaml
 
 from asddpg import evaluate, train
+from asddpg.episodes.protocols import Action, Observation
 from asddpg.errors import UserError
-from asddpg.types import Action, Observation
 from tasks import ALL_TASKS
 from tasks.errors import TaskError
 

@@ -11,12 +11,12 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 
 from asddpg import evaluate, play, train
-from asddpg.compose import train_config
+from asddpg.command_line import train_config
 from asddpg.config import EvaluateConfig, PlayConfig, TrainConfig
 from asddpg.errors import UserError
-from tests.asddpg.entry_point import Ended, arranged, ended, made_in
-from tests.asddpg.right_words import right_words
-from tests.asddpg.wrong_words import wrong_words
+from tests.support.entry_point import Ended, arranged, ended, made_in
+from tests.support.invalid_arguments import wrong_words
+from tests.support.valid_arguments import right_words
 
 SLOW = (HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.function_scoped_fixture)
 

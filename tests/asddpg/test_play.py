@@ -11,13 +11,13 @@ import pytest
 from PIL import Image
 
 from asddpg import play
-from asddpg.compose import play_config
+from asddpg.command_line import play_config
+from asddpg.episodes.loop import run_episode
+from asddpg.episodes.protocols import Episode
 from asddpg.errors import UserError
-from asddpg.loop import run_episode
-from asddpg.recording.reading import open_recording
-from asddpg.types import Episode
-from tests.asddpg.viewer import Viewer
+from asddpg.recording.files.reading import open_recording
 from tests.conftest import free_port
+from tests.support.foxglove_viewer import Viewer
 
 LINE = re.compile(r"episode (\d+): (\w+) after (\d+) steps, return (-?[\d.]+), controller (\d+) %, (\S+\.mcap)")
 POLICY = ["run=pretrained:nav_complex", "seed=3"]

@@ -3,7 +3,7 @@
 import pytest
 
 from asddpg.build import make_agent, make_environment
-from asddpg.compose import train_config
+from asddpg.command_line import train_config
 from asddpg.config import ControllerConfig, TrainConfig
 from tasks import ALL_TASKS
 

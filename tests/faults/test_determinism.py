@@ -13,8 +13,8 @@ import pytest
 import tasks
 from asddpg import train
 from asddpg.training import Training
-from tests.asddpg.runs import DRAWING, assert_same_run
 from tests.faults.scale import scaled
+from tests.support.small_runs import DRAWING, assert_same_run
 
 pytestmark = pytest.mark.faults
 

@@ -13,8 +13,8 @@ from pathlib import Path
 import pytest
 
 from asddpg.observers.metrics_log import rows_of
-from tests.asddpg.runs import assert_same_run
 from tests.faults.scale import scaled
+from tests.support.small_runs import assert_same_run
 
 pytestmark = pytest.mark.faults
 

@@ -10,13 +10,13 @@ import numpy as np
 
 from asddpg import evaluate, train
 from asddpg.build import make_environment, watched
-from asddpg.compose import train_config
-from asddpg.drivers import FixedDriver
-from asddpg.loop import run_episode
+from asddpg.command_line import train_config
+from asddpg.episodes.drivers import FixedDriver
+from asddpg.episodes.loop import run_episode
+from asddpg.episodes.protocols import Decision, Driver, Observation
 from asddpg.recording.recorder import Recorder, Selection, each
-from asddpg.run_folder import config_text
+from asddpg.runs.run_folder import config_text
 from asddpg.train import hash_of, provenance_of, versions
-from asddpg.types import Decision, Driver, Observation
 from tests.conftest import TINY
 from tools.recover import recover
 

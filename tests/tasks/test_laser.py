@@ -13,8 +13,8 @@ from tasks import constants
 from tasks.errors import TaskError
 from tasks.laser import beam_angles
 from tasks.physics import Physics, Pose
-from tasks.scenes import open_scene, scene_path
-from tests.tasks import ray_caster
+from tasks.scene.loading import open_scene, scene_path
+from tests.support import ray_caster
 
 POSES = 1000
 LASER = (0.1, 0.0, 0.287)  # in the robot's frame, metres

@@ -13,7 +13,7 @@ from tasks.errors import TaskError
 from tasks.gymnasium_adapter import NavigationEnv
 from tasks.outcomes import Outcome
 from tasks.rewards import REWARDS
-from tasks.state_digest import state_digest
+from tasks.scene.state_digest import state_digest
 
 
 def make(name: str = "nav_empty", **options: Any) -> Any:

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from tasks import constants
-from tasks.obstacles import Obstacles
-from tasks.paths import ShortestPaths
 from tasks.physics import Physics, Pose
-from tasks.scenes import model_hash, scene_path
+from tasks.room_geometry.obstacles import Obstacles
+from tasks.room_geometry.shortest_paths import ShortestPaths
+from tasks.scene.loading import model_hash, scene_path
 
 
 def scene(name: str = "nav_empty") -> Any:

@@ -12,10 +12,10 @@ from dm_env import test_utils
 from gymnasium.utils.env_checker import check_env
 
 import tasks
-from tasks import held_out
 from tasks.errors import TaskError
-from tasks.goals import HELD_OUT_MARGIN
-from tasks.obstacles import Obstacles
+from tasks.room_geometry import held_out
+from tasks.room_geometry.obstacles import Obstacles
+from tasks.room_geometry.paper_goals import HELD_OUT_MARGIN
 
 EVERY_TASK = pytest.mark.parametrize("name", tasks.ALL_TASKS)
 PAPER_ROOMS = ("nav_empty", "nav_simple", "nav_complex")

@@ -10,7 +10,7 @@ import tasks
 from tasks import constants
 from tasks.physics import Physics, Pose
 from tasks.registry import definition_of
-from tasks.scenes import open_scene, scene_path
+from tasks.scene.loading import open_scene, scene_path
 
 ACCELERATION_LIMIT, BRAKING_LIMIT = 1.8, 1.85  # m/s², models/mjcf/pioneer/README.md
 ON_THE_FLOOR = ("left_wheel", "right_wheel", "caster")

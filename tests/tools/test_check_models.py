@@ -2,7 +2,7 @@ from pathlib import Path
 
 import pytest
 
-from tasks.scenes import MODELS
+from tasks.scene.loading import MODELS
 from tools import check_models
 
 SCENE = """<mujoco model="nav_a">

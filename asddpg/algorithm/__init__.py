@@ -1,0 +1,1 @@
+"""The paper: agent, networks, losses, replay, schedules, controllers."""

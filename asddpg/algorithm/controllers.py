@@ -1,0 +1,88 @@
+"""Controllers that assist, and how a user brings another."""
+
+import importlib
+from collections.abc import Mapping, Sequence
+from typing import Any, Protocol, runtime_checkable
+
+import numpy as np
+
+from asddpg.episodes.protocols import Action, Observation
+from asddpg.errors import UserError
+
+
+class Controller(Protocol):
+    """A controller: any object with this method.
+
+    A controller of one's own is named in the configuration as `controller.type=package.module:Factory` and made by
+    `Factory(gains=(…), low=…, high=…)`, low and high being the bounds of the action space. One that remembers what it
+    has seen says so by state(), plain values and arrays, and load_state(state): a resumed training needs them.
+    """
+
+    def act(self, observation: Observation) -> Action:
+        """The action for a flat observation, within the action space, physical units: float32 (action_size,)."""
+
+
+@runtime_checkable
+class Remembers(Controller, Protocol):
+    """A controller that goes by what it has seen before."""
+
+    def state(self) -> Mapping[str, Any]:
+        """What it remembers."""
+
+    def load_state(self, state: Mapping[str, Any]) -> None:
+        """Remember what state() gave."""
+
+
+class ProportionalController:
+    """P(P_l, P_r) of the paper, section V-B: v = P_l · x_local, ω = P_r · y_local, clipped to the action space.
+
+    It reads the goal in the robot frame from the last two numbers of the observation.
+    """
+
+    def __init__(self, gains: Sequence[float], low: Action, high: Action) -> None:
+        """Make the controller.
+
+        Args:
+            gains: P_l in 1/s and P_r in rad/(s·m).
+            low: (2,) smallest v (m/s) and ω (rad/s).
+            high: (2,) largest v (m/s) and ω (rad/s).
+        """
+        self._gains = np.asarray(gains, dtype=np.float32)
+        self._low, self._high = low, high
+
+    def act(self, observation: Observation) -> Action:
+        """Head for the goal, whatever stands between."""
+        command: Action = self._gains * observation[-2:]
+        return np.minimum(np.maximum(command, self._low), self._high)
+
+
+CONTROLLERS = {"proportional": ProportionalController}
+
+
+def make_controller(kind: str, gains: Sequence[float], low: Action, high: Action) -> Controller:
+    """Make a controller by its name here or by `package.module:Factory`.
+
+    Raises:
+        UserError: there is no such controller.
+    """
+    if kind in CONTROLLERS:
+        return CONTROLLERS[kind](gains, low, high)
+    module, separator, attribute = kind.partition(":")
+    try:
+        if not separator:
+            raise ImportError
+        factory = getattr(importlib.import_module(module), attribute)
+        if not callable(factory):
+            raise ImportError
+    except (ImportError, AttributeError, ValueError, TypeError, SyntaxError) as error:
+        raise UserError(
+            f"there is no controller {kind!r}; there is {', '.join(CONTROLLERS)}, or your own as package.module:Factory"
+        ) from error
+    try:
+        controller: Controller = factory(gains=gains, low=low, high=high)
+    except TypeError as error:
+        wanted = "package.module:Factory with Factory(gains=…, low=…, high=…)"
+        raise UserError(f"the controller {kind!r} cannot be made: {error}; it is named as {wanted}") from error
+    if not callable(getattr(controller, "act", None)):
+        raise UserError(f"the controller {kind!r} has no method act(observation)")
+    return controller

@@ -1,0 +1,71 @@
+"""Exploration noise."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from asddpg.episodes.protocols import Action
+
+
+class OrnsteinUhlenbeckNoise:
+    """Noise that wanders: n ← n − θ n + σ 𝒩(0, 1), each action on its own (Lillicrap et al., 2016).
+
+    It is in units of half an action's range, and fades linearly over training from full size to `final_scale`.
+    """
+
+    def __init__(
+        self,
+        half_range: npt.ArrayLike,
+        theta: float,
+        sigma: float,
+        decay_steps: int,
+        final_scale: float,
+        rng: np.random.Generator,
+    ) -> None:
+        """Make the noise.
+
+        Args:
+            half_range: (action_size,) half the range of each action, physical units.
+            theta: share of the noise that is lost at each step.
+            sigma: standard deviation of what is added at each step.
+            decay_steps: steps of training after which the scale has come down to `final_scale`.
+            final_scale: scale from then on, 0 to 1.
+            rng: source of randomness.
+        """
+        self._half_range = np.asarray(half_range)
+        self._theta, self._sigma = theta, sigma
+        self._decay_steps, self._final_scale = decay_steps, final_scale
+        self._rng = rng
+        self._state = np.zeros(len(self._half_range))
+        self._steps = 0
+
+    def reset(self) -> None:
+        """Begin an episode without noise; the fading goes on."""
+        self._state[:] = 0.0
+
+    def advance(self) -> None:
+        """One step of training has passed: the scale fades whether or not the policy drove."""
+        self._steps += 1
+
+    @property
+    def scale(self) -> float:
+        """Present size, 1 at first."""
+        faded = min(1.0, self._steps / self._decay_steps) if self._decay_steps else 1.0
+        return 1.0 + faded * (self._final_scale - 1.0)
+
+    def sample(self) -> Action:
+        """The next noise, physical units: float32 (action_size,)."""
+        self._state += -self._theta * self._state + self._sigma * self._rng.standard_normal(len(self._state))
+        noise: Action = (self.scale * self._state * self._half_range).astype(np.float32)
+        return noise
+
+    def state(self) -> dict[str, Any]:
+        """Where it has wandered to, how far it has faded, and its randomness."""
+        return {"value": self._state.copy(), "steps": self._steps, "rng": self._rng.bit_generator.state}
+
+    def load_state(self, state: dict[str, Any]) -> None:
+        """Take up what state() gave."""
+        self._state[:] = state["value"]
+        self._steps = state["steps"]
+        self._rng.bit_generator.state = state["rng"]

@@ -1,0 +1,159 @@
+"""The equations of the paper, in its letters. Shapes: B batch, O observation, A action."""
+
+from typing import NamedTuple
+
+import torch
+from torch import Tensor
+
+from asddpg.algorithm.networks import CONTROLLER, POLICY, Networks
+from asddpg.algorithm.replay import Layout
+
+
+class Batch(NamedTuple):
+    """Transitions (x, a, r, x', σ) and the discount of what follows, 0 after an end."""
+
+    x: Tensor  # [B, O]
+    a: Tensor  # [B, A]
+    r: Tensor  # [B], of y^A
+    r_switch: Tensor  # [B], of y^Q
+    discount: Tensor  # [B]
+    by_policy: Tensor  # [B], σ
+    x_next: Tensor  # [B, O]
+    controller_action: Tensor  # [B, A]
+
+    @classmethod
+    def unpack(cls, rows: Tensor, layout: Layout) -> "Batch":
+        """Views of packed rows, [B, layout.width]."""
+        return cls(
+            x=rows[:, layout.observation],
+            a=rows[:, layout.action],
+            r=rows[:, layout.reward],
+            r_switch=rows[:, layout.switch_reward],
+            discount=rows[:, layout.discount],
+            by_policy=rows[:, layout.by_policy],
+            x_next=rows[:, layout.next_observation],
+            controller_action=rows[:, layout.controller_action],
+        )
+
+
+class Targets(NamedTuple):
+    """y^A and y^Q of Eq. 4, each [B]; y^Q is None without a switch."""
+
+    y_a: Tensor
+    y_q: Tensor | None
+
+
+class TargetRule(NamedTuple):
+    """How y^A and y^Q bootstrap; the defaults are the paper's Eq. 4.
+
+    Attributes:
+        gamma: γ.
+        follow_switch: whether Q^A bootstraps from the switch's value and not from its own.
+        noise: of target smoothing, [B, A], in units of half an action's range; None for none.
+    """
+
+    gamma: float
+    follow_switch: bool = False
+    noise: Tensor | None = None
+
+
+@torch.no_grad()
+def bellman_targets(batch: Batch, online: Networks, target: Networks, rule: TargetRule) -> Targets:
+    """Eq. 4, first two lines.
+
+    y^A = r + γ Q^A'(x', π'(x')),  y^Q = r + γ Q'(x', argmax_σ Q(x', σ)): the online switch chooses, the target switch
+    rates (double DQN). After the end of an episode nothing is added; after a time limit everything is.
+
+    With `follow_switch`, y^A takes the value that y^Q takes. With twin critics Q^A' is the smaller of the two, and with
+    `noise` π' is smoothed (TD3, Fujimoto et al., 2018).
+    """
+    gamma_next = rule.gamma * batch.discount
+    next_features = target.features(batch.x_next)
+    y_q = None
+    if online.switch is not None and target.switch is not None:
+        sigma = online.switch(online.features(batch.x_next)).argmax(dim=1, keepdim=True)
+        next_value = gamma_next * target.switch(next_features).gather(1, sigma).squeeze(1)
+        y_q = batch.r_switch + next_value
+        if rule.follow_switch:
+            return Targets(batch.r + next_value, y_q)
+    y_a = batch.r + gamma_next * _actor_value(batch.x_next, next_features, target, rule.noise)
+    return Targets(y_a, y_q)
+
+
+def _actor_value(x: Tensor, features: Tensor, target: Networks, noise: Tensor | None) -> Tensor:
+    """Q^A'(x, π'(x)), [B]."""
+    action = target.policy(x)
+    if noise is not None:
+        action = target.policy_head.clip(action + noise * target.policy_head.half_range)
+    value: Tensor = target.critic(features, action)
+    return value if target.critic_twin is None else torch.minimum(value, target.critic_twin(features, action))
+
+
+class CriticLoss(NamedTuple):
+    """Eq. 4's L, its two parts, and what it measured: |y^A − Q^A| by who drove, [2], columns POLICY, CONTROLLER."""
+
+    total: Tensor
+    critic: Tensor
+    switch: Tensor | None
+    td_errors: Tensor
+
+
+def critic_dqn_loss(batch: Batch, features: Tensor, online: Networks, targets: Targets) -> CriticLoss:
+    """Eq. 4, last line: L = mean (y^A − Q^A(x, a))² + mean (y^Q − Q(x, σ))²; `features` are the online ones of x.
+
+    A twin critic adds its own (y^A − Q^A(x, a))².
+    """
+    error = targets.y_a - online.critic(features, batch.a)
+    td_errors = by_origin(error.detach().abs(), batch.by_policy)
+    critic = torch.square(error).mean()
+    if online.critic_twin is not None:
+        critic = critic + torch.square(targets.y_a - online.critic_twin(features, batch.a)).mean()
+    if online.switch is None or targets.y_q is None:
+        return CriticLoss(critic, critic, None, td_errors)
+    q = online.switch(features)
+    q_taken = torch.where(batch.by_policy > 0.5, q[:, POLICY], q[:, CONTROLLER])
+    switch = torch.square(targets.y_q - q_taken).mean()
+    return CriticLoss(critic + switch, critic, switch, td_errors)
+
+
+def by_origin(values: Tensor, by_policy: Tensor) -> Tensor:
+    """Means of values, [B], over samples of POLICY and of CONTROLLER: [2], nan where there are none."""
+    origin = torch.stack([by_policy, 1.0 - by_policy])
+    return origin @ values / origin.sum(dim=1)
+
+
+def policy_loss(batch: Batch, features: Tensor, online: Networks, imitation: float = 0.0) -> Tensor:
+    """Eq. 5: the policy climbs A(x, π(x)) = Q^A(x, π(x)) − V(x).
+
+    V does not depend on the action, so ∇_a A = ∇_a Q^A and V need not be computed; tests compare the two gradients.
+
+    With `imitation` the policy also comes closer to the controller, by the squared distance in units of half an
+    action's range, on those samples where Q^A rates the controller's action above its own: "the policy network can
+    improve itself either by imitating the external controller or by examining its own policy" (caption of Fig. 1).
+
+    Args:
+        batch: transitions, of which x counts.
+        features: the Critic-DQN's, of x, [B, F], without gradient: Eq. 5 trains the policy alone.
+        online: the networks.
+        imitation: weight of the distance; 0 leaves Eq. 5.
+    """
+    with torch.no_grad():
+        first = online.critic.first(features)
+    action = online.policy(batch.x)
+    q: Tensor = online.critic.rate(first, action)
+    if imitation == 0.0:
+        return -q.mean()
+    with torch.no_grad():
+        is_better = online.critic.rate(first, batch.controller_action) > q
+    distance = torch.square((action - batch.controller_action) / online.policy_head.half_range).sum(dim=1)
+    imitation_loss: Tensor = imitation * (is_better * distance).mean()
+    return imitation_loss - q.mean()
+
+
+def advantage(features: Tensor, action: Tensor, online: Networks) -> Tensor:
+    """A(x, a) = Q^A(x, a) − V(x), [B], with V of the dueling switch branch (section IV-B)."""
+    if online.switch is None:
+        raise ValueError("without a switch branch there is no V(x) to take the advantage over")
+    value, _ = online.switch.value_and_q(features)
+    q: Tensor = online.critic(features, action)
+    return q - value

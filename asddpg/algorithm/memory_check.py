@@ -1,0 +1,36 @@
+"""Whether an agent fits the machine and its weights' file, told before memory is taken: too much of it kills."""
+
+import os
+from pathlib import Path
+
+from asddpg.algorithm.networks import NetworkShape, branch_size
+from asddpg.algorithm.replay import Layout
+from asddpg.config import LearningConfig
+from asddpg.errors import UserError
+
+_BYTES = 4  # of a float32
+# Networks and targets, each flat and once more while it is made so; their gradients and Adam's two moments.
+_COPIES = 8
+_HARMLESS = 2**26  # bytes; of a smaller network loading itself tells what is wrong
+
+
+def check_memory(shape: NetworkShape, learning: LearningConfig) -> None:
+    """UserError where weights or replay buffer are larger than this machine's memory."""
+    branches = 2 + learning.assisted + learning.twin_critics
+    _check(_COPIES * branches * branch_size(shape), "the networks take", "narrow network.widths")
+    row = Layout(shape.observation_size, len(shape.action_low)).width
+    rings = 2 if learning.balanced_batches else 1
+    _check(rings * learning.buffer_size * row, "the replay buffer takes", "lower agent.buffer_size")
+
+
+def _check(numbers: int, what: str, cure: str) -> None:
+    needed, room = _BYTES * numbers, os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    if needed > room:
+        raise UserError(f"{what} {needed / 1e9:.0f} GB of memory, and this machine has {room / 1e9:.0f} GB: {cure}")
+
+
+def check_file(path: Path, shape: NetworkShape) -> None:
+    """UserError where a file of weights is too short for a large network, which a stranger may have described."""
+    needed = _BYTES * branch_size(shape)
+    if needed > _HARMLESS and path.is_file() and path.stat().st_size < needed:
+        raise UserError(f"the weights in {path} are fewer than the network has that its run's config.yaml names")

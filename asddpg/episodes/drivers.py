@@ -1,0 +1,71 @@
+"""Who may drive without learning: the actor alone, actor and controller, and the baselines."""
+
+from collections.abc import Callable, Mapping
+from typing import Protocol
+
+import numpy as np
+
+from asddpg.algorithm.controllers import Controller
+from asddpg.episodes.protocols import Action, Decision, Driver, Observation, Step
+
+
+class TrainedAgent(Protocol):
+    """What is needed of an agent that has been trained."""
+
+    def act(self, observation: Observation) -> Action:
+        """The policy's action, without noise."""
+
+    def decide_greedily(self, observation: Observation) -> Decision:
+        """The switch's choice between policy and controller, without noise."""
+
+
+class FixedDriver:
+    """Drives by a fixed rule and learns nothing."""
+
+    def __init__(self, decide: Callable[[Observation], Decision]) -> None:
+        self._decide = decide
+
+    def begin_episode(self) -> None:
+        """Nothing to forget."""
+
+    def decide(self, observation: Observation) -> Decision:
+        """By the rule."""
+        return self._decide(observation)
+
+    def learn(self, step: Step) -> Mapping[str, float]:
+        """Nothing."""
+        return {}
+
+
+def actor_alone(agent: TrainedAgent) -> FixedDriver:
+    """The policy without noise, switch or controller: what one takes away."""
+
+    def decide(observation: Observation) -> Decision:
+        action = agent.act(observation)
+        return Decision(action, Driver.POLICY, actor_action=action)
+
+    return FixedDriver(decide)
+
+
+def with_switch(agent: TrainedAgent) -> FixedDriver:
+    """Policy and controller as the switch has it, without noise."""
+    return FixedDriver(agent.decide_greedily)
+
+
+def controller_alone(controller: Controller) -> FixedDriver:
+    """The controller as a baseline."""
+
+    def decide(observation: Observation) -> Decision:
+        action = controller.act(observation)
+        return Decision(action, Driver.CONTROLLER, controller_action=action)
+
+    return FixedDriver(decide)
+
+
+def random_actor(low: Action, high: Action, rng: np.random.Generator) -> FixedDriver:
+    """Uniformly random actions as a baseline."""
+
+    def decide(_: Observation) -> Decision:
+        return Decision(rng.uniform(low, high).astype(np.float32), Driver.RANDOM)
+
+    return FixedDriver(decide)

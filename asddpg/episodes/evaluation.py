@@ -1,0 +1,123 @@
+"""Drives the episodes of an evaluation and turns them into figures."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from asddpg.episodes.intervals import Estimate, mean, rate
+from asddpg.episodes.loop import run_episode
+from asddpg.episodes.protocols import Agent, Environment, Episode, Observer
+
+# Figures that tables show, with their titles and the form of their numbers.
+ROWS = {
+    "reach_rate": ("reach rate", "{:.3f}"),
+    "crash_rate": ("crash rate", "{:.3f}"),
+    "timeout_rate": ("time-out rate", "{:.3f}"),
+    "metric": ("metric", "{:.3f}"),
+    "mean_time": ("mean time (s)", "{:.1f}"),
+    "spl": ("SPL", "{:.3f}"),
+}
+STEP_PENALTY, REACH_BONUS = -0.01, 2.0  # the paper's task metric, section V
+
+
+class StartGoalPair(Protocol):
+    """A start (x, y, yaw), a goal (x, y) and the shortest free path between them; metres, radians."""
+
+    @property
+    def start(self) -> tuple[float, float, float]:
+        """Pose of the base."""
+
+    @property
+    def goal(self) -> tuple[float, float]:
+        """Where to go."""
+
+    @property
+    def shortest_path(self) -> float:
+        """Length of the shortest free path to within the goal's radius."""
+
+
+@dataclass(frozen=True)
+class Figures:
+    """What an evaluation measured, each figure with its 95 % interval."""
+
+    episodes: int
+    reach_rate: Estimate
+    crash_rate: Estimate
+    timeout_rate: Estimate
+    metric: Estimate  # −0.01 a step, +2 for reaching
+    mean_time: Estimate  # seconds to the goal, of the episodes that reached it
+    spl: Estimate  # success weighted by path length (Anderson et al., 2018)
+    controller_share: float  # of all steps
+
+    def as_dict(self) -> dict[str, object]:
+        """For evaluation.json: each figure as value and 95 % interval."""
+        return {
+            name: {"value": figure.value, "ci95": [figure.low, figure.high]} if isinstance(figure, Estimate) else figure
+            for name, figure in vars(self).items()
+        }
+
+
+def evaluate(
+    environment: Environment,
+    agent: Agent,
+    pairs: Sequence[StartGoalPair],
+    control_timestep: float,
+    observers: Sequence[Observer] = (),
+) -> Figures:
+    """Drive one episode for each pair.
+
+    Args:
+        environment: where to drive; its reset takes options start and goal.
+        agent: who drives.
+        pairs: from where to where.
+        control_timestep: seconds a step.
+        observers: who watches.
+    """
+    environment.reset(seed=0)  # of a laser's noise: the same evaluation gives the same figures
+    episodes = [
+        run_episode(environment, agent, observers, options={"start": pair.start, "goal": pair.goal}) for pair in pairs
+    ]
+    return figures_of(episodes, [pair.shortest_path for pair in pairs], control_timestep)
+
+
+def figures_of(episodes: Sequence[Episode], shortest_paths: Sequence[float], control_timestep: float) -> Figures:
+    """The figures of episodes driven along pairs with those shortest paths (m)."""
+    count = len(episodes)
+    reached = [episode.outcome == "reached" for episode in episodes]
+    steps = sum(episode.steps for episode in episodes)
+    return Figures(
+        episodes=count,
+        reach_rate=rate(sum(reached), count),
+        crash_rate=rate(sum(episode.outcome == "crashed" for episode in episodes), count),
+        timeout_rate=rate(sum(episode.outcome == "timeout" for episode in episodes), count),
+        metric=mean([STEP_PENALTY * e.steps + REACH_BONUS * hit for e, hit in zip(episodes, reached, strict=True)]),
+        mean_time=mean([e.steps * control_timestep for e, hit in zip(episodes, reached, strict=True) if hit]),
+        spl=mean([_spl(e, length) for e, length in zip(episodes, shortest_paths, strict=True)]),
+        controller_share=sum(episode.controller_steps for episode in episodes) / max(steps, 1),
+    )
+
+
+def _spl(episode: Episode, shortest_path: float) -> float:
+    if episode.outcome != "reached":
+        return 0.0
+    longest = max(episode.path_length, shortest_path)
+    return shortest_path / longest if longest > 0 else 1.0
+
+
+def table(columns: dict[str, Figures]) -> str:
+    """Figures side by side as text, one column each."""
+    lines = [f"{'':15}" + "".join(f"{name:>27}" for name in columns)]
+    for field, (title, form) in ROWS.items():
+        cells = (cell(getattr(figures, field), form) for figures in columns.values())
+        lines.append(f"{title:15}" + "".join(f"{cell:>27}" for cell in cells))
+    counts = ", ".join(str(figures.episodes) for figures in columns.values())
+    return "\n".join([*lines, f"in brackets the 95 % interval; {counts} episodes"])
+
+
+def cell(figure: Estimate, form: str) -> str:
+    """A figure and its interval as text, each number in a form such as {:.3f}."""
+    if figure.value is None:
+        return "–"
+    if figure.low is None or figure.high is None:
+        return form.format(figure.value)
+    return f"{form} [{form}, {form}]".format(*figure)

@@ -1,0 +1,45 @@
+"""Drivers that can be changed, and a goal that can be moved, while an episode goes on."""
+
+from collections.abc import Mapping, Sequence
+from typing import Protocol
+
+from asddpg.episodes.drivers import FixedDriver
+from asddpg.episodes.protocols import Decision, Observation, Step
+
+
+class GoalSetter(Protocol):
+    """The part of NavigationEnv that is used."""
+
+    def set_goal(self, x: float, y: float) -> Observation:
+        """Move the goal; gives the present observation, with it."""
+
+
+class SteeredDriver:
+    """Drives as one of several drivers; which one, and where to, may change between two steps."""
+
+    def __init__(self, environment: GoalSetter, drivers: Mapping[str, FixedDriver], driver: str) -> None:
+        self._environment, self._drivers = environment, drivers
+        self.driver = driver
+        self._moved: Observation | None = None  # the present observation, if the goal has been moved since
+
+    @property
+    def drivers(self) -> Sequence[str]:
+        """Names that `driver` may be."""
+        return tuple(self._drivers)
+
+    def set_goal(self, x: float, y: float) -> None:
+        """Another goal for the episode in progress, metres, world frame; what the environment refuses it raises."""
+        self._moved = self._environment.set_goal(x, y)
+
+    def begin_episode(self) -> None:
+        """The goal is the episode's own."""
+        self._moved = None
+
+    def decide(self, observation: Observation) -> Decision:
+        """As the present driver does, towards the present goal."""
+        moved, self._moved = self._moved, None
+        return self._drivers[self.driver].decide(observation if moved is None else moved)
+
+    def learn(self, step: Step) -> Mapping[str, float]:
+        """Nothing."""
+        return {}

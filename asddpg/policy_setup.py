@@ -1,0 +1,180 @@
+"""Opens what run= or agent= names and puts together who can drive it, and where; for all programs that drive."""
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import gymnasium
+
+from asddpg.build import (
+    action_bounds,
+    check_device,
+    controller_for,
+    make_agent,
+    make_environment,
+    prepare_torch,
+    watched,
+)
+from asddpg.command_line import BASELINES, train_config
+from asddpg.config import ControllerConfig, DrivingConfig, RecordEvaluationConfig, TrainConfig
+from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone, random_actor, with_switch
+from asddpg.episodes.random_streams import stream
+from asddpg.errors import UserError
+from asddpg.recording.pictures.cameras import Cameras
+from asddpg.recording.recorder import Provenance, Recorder, Selection, each
+from asddpg.runs.loading import file_hash, open_trained
+from asddpg.runs.run_folder import config_text
+from asddpg.train import hash_of, made_now, provenance_of
+from tasks import ALL_TASKS
+
+
+@dataclass(frozen=True)
+class Driving:
+    """What drives, and where.
+
+    Attributes:
+        what: it is, for people.
+        config: of the training, or the defaults for a baseline.
+        environment: where to drive.
+        drivers: by name: of a run, those that driver= may be; of a baseline, itself.
+        name: of the driver that was asked for.
+        evaluation: where figures of it are written; recordings go into folders beside.
+        checkpoint: which weights drive, for recordings.
+        step: of training, that the weights are of; 0 for a baseline.
+    """
+
+    what: str
+    config: TrainConfig
+    environment: gymnasium.Env
+    drivers: Mapping[str, FixedDriver]
+    name: str
+    evaluation: Path
+    checkpoint: Mapping[str, str]
+    step: int = 0
+
+    @property
+    def driver(self) -> FixedDriver:
+        """The driver that was asked for."""
+        return self.drivers[self.name]
+
+    def made_with(self) -> dict[str, str]:
+        """Versions, and the hash of the scene."""
+        return made_now(self.environment)
+
+    def recorder(
+        self,
+        wanted: RecordEvaluationConfig,
+        folder: Path,
+        pairs: str,
+        say: Callable[[str], None],
+        cameras: Cameras | None = None,
+    ) -> Recorder:
+        """Records what is driven along those pairs into a folder, with what cameras see of it."""
+        return Recorder(
+            folder,
+            watched(self.environment),
+            self.provenance(pairs),
+            selection_of(wanted),
+            say,
+            first_step=self.step,
+            counts_steps=False,
+            cameras=cameras,
+        )
+
+    def provenance(self, pairs: str) -> Provenance:
+        """What a recording of it is of, driven along those pairs."""
+        made_with = self.made_with()
+        settings = config_text(dataclasses.asdict(self.config), made_with)
+        return provenance_of(self.config, settings, made_with, driver=self.name, pairs=pairs, **self.checkpoint)
+
+
+def open_driving(config: DrivingConfig, verb: str, seed: int) -> Driving:
+    """Open what a program is to drive.
+
+    Args:
+        config: of the program.
+        verb: what the program does, for its errors.
+        seed: of a driver that draws.
+
+    Raises:
+        UserError: there is no such thing, or options that do not go together.
+    """
+    check_device(config.device)
+    prepare_torch()
+    if config.task is not None and config.task not in ALL_TASKS:
+        raise UserError(f"there is no task {config.task!r}; there are {', '.join(ALL_TASKS)}")
+    if config.agent is not None:
+        return _open_baseline(config, seed)
+    if config.run is not None:
+        return _open_run(config, config.run)
+    raise UserError(f"{verb} what? run=<run_dir> or run=pretrained:<name>, or agent={'|'.join(BASELINES)} with task=")
+
+
+def _open_run(config: DrivingConfig, run: str) -> Driving:
+    own = "a run brings its own controller; controller.* is for agent=controller"
+    if config.controller.gains != ControllerConfig().gains:
+        raise UserError(own)
+    opened = open_trained(run, config.checkpoint, config.controller.type)
+    trained = opened.config
+    if config.controller.type not in (ControllerConfig.type, trained.controller.type):
+        raise UserError(own)
+    trained.device = config.device
+    is_other_task = config.task not in (None, trained.task.name)
+    trained.task.name = config.task or trained.task.name
+    environment = make_environment(trained.task, trained.reward)
+    agent = make_agent(trained, environment, opened.weights)
+    step = opened.load_into(agent)
+    drivers = {
+        "actor": actor_alone(agent),
+        "controller": controller_alone(controller_for(environment, trained.controller)),
+    }
+    if agent.controller is not None:
+        drivers["switch"] = with_switch(agent)
+    if config.driver not in drivers:
+        raise UserError("driver=switch needs a run with a controller, and this one is DDPG; driver=actor works")
+    if not is_other_task and hash_of(environment) != opened.made_with.get("model_hash"):
+        print("note: the scene's model is not the one this run was trained on")
+    return Driving(
+        what=f"{opened.title} (step {step}), driver {config.driver}",
+        config=trained,
+        environment=environment,
+        drivers=drivers,
+        name=config.driver,
+        evaluation=opened.evaluation,
+        checkpoint={"checkpoint": f"{opened.title}, step {step}", "weights_sha256": file_hash(opened.weights)},
+        step=step,
+    )
+
+
+def _open_baseline(config: DrivingConfig, seed: int) -> Driving:
+    if config.agent not in BASELINES:
+        raise UserError(
+            f"there is no baseline {config.agent!r}; there are {', '.join(BASELINES)}; a trained agent is run="
+        )
+    if config.run is not None or config.task is None:
+        raise UserError(f"agent={config.agent} needs task= and no run=, such as task={ALL_TASKS[-1]}")
+    if (config.driver, config.checkpoint) != ("actor", "last"):
+        raise UserError("driver= and checkpoint= belong to run=; a baseline has neither")
+    defaults = train_config([f"task={config.task}"])
+    environment = make_environment(defaults.task, defaults.reward)
+    if config.agent == "controller":
+        driver = controller_alone(controller_for(environment, config.controller))
+    else:
+        driver = random_actor(*action_bounds(environment), stream(seed, "exploration"))
+    return Driving(
+        what=f"{config.agent} on {config.task}",
+        config=defaults,
+        environment=environment,
+        drivers={config.agent: driver},
+        name=config.agent,
+        evaluation=Path("evaluation.json"),
+        checkpoint={"checkpoint": "none"},
+    )
+
+
+def selection_of(wanted: RecordEvaluationConfig) -> Selection:
+    """Which episodes are recorded."""
+    # Who names outcomes alone wants all episodes that end so.
+    regularly = each(wanted.every or (1 if wanted.outcomes and not wanted.only else 0))
+    return Selection(lambda number: regularly(number) or number in wanted.only, wanted.outcomes)

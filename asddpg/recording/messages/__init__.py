@@ -1,0 +1,1 @@
+"""Foxglove's messages: what each topic of a recording holds."""

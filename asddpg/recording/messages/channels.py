@@ -1,0 +1,75 @@
+"""A recording's channels: one set a process, from which files and the live view take their messages."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import foxglove
+import orjson
+from foxglove.messages import (
+    CompressedImage,
+    CompressedVideo,
+    FrameTransforms,
+    LaserScan,
+    Log,
+    Odometry,
+    PoseInFrame,
+    SceneUpdate,
+)
+
+from asddpg.recording.files.plain_mcap import message_encoding
+from asddpg.recording.messages import topics
+from asddpg.recording.messages.schemas import compact
+
+_PROTOBUF: Mapping[str, Any] = {
+    topics.TF: FrameTransforms,
+    topics.SCAN: LaserScan,
+    topics.SCENE: SceneUpdate,
+    topics.PATH: SceneUpdate,
+    topics.GOAL: PoseInFrame,
+    topics.ODOM: Odometry,
+    topics.LOG: Log,
+}
+
+
+def _as_schema(name: str, schema: topics.Schema) -> foxglove.Schema:
+    return foxglove.Schema(name=name, encoding="jsonschema", data=orjson.dumps(schema))
+
+
+_JSON = {
+    topics.CMD_VEL: _as_schema("asddpg.VelocityCommand", topics.CMD_VEL_SCHEMA),
+    topics.STEP: _as_schema("asddpg.Step", topics.STEP_SCHEMA),
+    topics.OUTCOME: _as_schema("asddpg.Outcome", topics.OUTCOME_SCHEMA),
+}
+
+
+LogMessage = Callable[[bytes, int], object]  # gets a message and simulated ns
+
+
+class Channels:
+    """A context with a channel for each topic; whatever is open on the context gets what is logged.
+
+    Attributes:
+        schemas: by topic.
+        context: foxglove's.
+        log: by topic, takes its messages; for as long as this object lives.
+    """
+
+    def __init__(self, cameras: Sequence[str] = (), is_video: bool = False) -> None:
+        """Make the channels.
+
+        Args:
+            cameras: names of those whose pictures are shown.
+            is_video: whether they come as H.264 and not as JPEG.
+        """
+        picture = CompressedVideo if is_video else CompressedImage
+        messages = {**_PROTOBUF, **{f"{topics.CAMERA}{name}": picture for name in cameras}}
+        self.schemas = {topic: compact(message.get_schema()) for topic, message in messages.items()}
+        self.schemas |= _JSON
+        self.context = foxglove.Context()
+        self._channels = {
+            topic: foxglove.Channel(
+                topic, schema=schema, message_encoding=message_encoding(schema), context=self.context
+            )
+            for topic, schema in self.schemas.items()
+        }
+        self.log: Mapping[str, LogMessage] = {topic: channel.base.log for topic, channel in self._channels.items()}

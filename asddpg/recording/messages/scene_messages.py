@@ -1,0 +1,88 @@
+"""Foxglove's SceneUpdate of a scene."""
+
+from collections import defaultdict
+from collections.abc import Sequence
+from typing import Any
+
+from foxglove.messages import (
+    Color,
+    CubePrimitive,
+    CylinderPrimitive,
+    Point3,
+    Pose,
+    Quaternion,
+    SceneEntity,
+    SceneUpdate,
+    SpherePrimitive,
+    TriangleListPrimitive,
+    Vector3,
+)
+
+from asddpg.recording.messages.robot_messages import on_grid
+from tasks.scene.shapes import Part, Shape, scene_parts
+
+Point = tuple[float, float]  # x, y in metres, world frame
+
+
+def scene_update(parts: Sequence[Part]) -> SceneUpdate:
+    """All parts in one message, an entity for each body, fixed to its frame: only /tf moves them."""
+    by_body: dict[tuple[str, str], list[Part]] = defaultdict(list)
+    for part in parts:
+        by_body[part.owner, part.frame].append(part)
+    return SceneUpdate(entities=[_entity(owner, frame, own) for (owner, frame), own in by_body.items()])
+
+
+def scene_message(model: Any) -> bytes:
+    """/scene of a compiled model."""
+    encoded: bytes = scene_update(scene_parts(model)).encode()
+    return encoded
+
+
+def _entity(owner: str, frame: str, parts: Sequence[Part]) -> SceneEntity:
+    return SceneEntity(
+        id=owner,
+        frame_id=frame,
+        frame_locked=True,
+        cubes=[
+            CubePrimitive(pose=_pose(part), size=_size(part), color=_colour(part))
+            for part in parts
+            if part.shape is Shape.BOX
+        ],
+        spheres=[
+            SpherePrimitive(pose=_pose(part), size=_size(part), color=_colour(part))
+            for part in parts
+            if part.shape is Shape.ELLIPSOID
+        ],
+        cylinders=[
+            # Scales of 0, their default, would make it a point.
+            CylinderPrimitive(pose=_pose(part), size=_size(part), color=_colour(part), bottom_scale=1.0, top_scale=1.0)
+            for part in parts
+            if part.shape is Shape.CYLINDER
+        ],
+        triangles=[_triangles(part) for part in parts if part.shape is Shape.MESH],
+    )
+
+
+def _pose(part: Part) -> Pose:
+    x, y, z = on_grid(part.position).tolist()
+    w, i, j, k = on_grid(part.quaternion).tolist()
+    return Pose(position=Vector3(x=x, y=y, z=z), orientation=Quaternion(x=i, y=j, z=k, w=w))
+
+
+def _size(part: Part) -> Vector3:
+    x, y, z = on_grid(part.size).tolist()
+    return Vector3(x=x, y=y, z=z)
+
+
+def _colour(part: Part) -> Color:
+    r, g, b, a = on_grid(part.rgba).tolist()
+    return Color(r=r, g=g, b=b, a=a)
+
+
+def _triangles(part: Part) -> TriangleListPrimitive:
+    assert part.vertices is not None
+    assert part.faces is not None
+    points = [Point3(x=x, y=y, z=z) for x, y, z in on_grid(part.vertices).tolist()]
+    return TriangleListPrimitive(
+        pose=_pose(part), points=points, indices=part.faces.ravel().tolist(), color=_colour(part)
+    )

@@ -1,0 +1,89 @@
+"""Pictures for recordings: what the scene's cameras see, encoded."""
+
+import io
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+from PIL import Image
+
+from asddpg.recording.pictures.h264 import VideoEncoder
+from tasks.graphics.rendering import OffscreenRenderer, Picture
+
+JPEG_QUALITY = 80
+
+
+class HasPhysics(Protocol):
+    """The part of an environment that is looked at."""
+
+    @property
+    def physics(self) -> Any:
+        """The scene."""
+
+
+class Cameras:
+    """Some cameras of an environment's scene; for use from the thread that made them."""
+
+    def __init__(self, environment: HasPhysics, names: Sequence[str], width: int, height: int, is_video: bool) -> None:
+        """Open them, and take a picture with each: what is wrong shows now, not in the midst of a run.
+
+        Args:
+            environment: whose scene is looked at.
+            names: of the cameras; `free` is the overall view.
+            width: of the pictures, px.
+            height: of the pictures, px.
+            is_video: H.264 instead of JPEG.
+
+        Raises:
+            TaskError: no such camera, no such size, or no graphics library.
+            UserError: no encoder.
+        """
+        self.names, self.is_video = tuple(names), is_video
+        self._encoders = {name: VideoEncoder(width, height) for name in names} if is_video else {}
+        self._physics = environment.physics
+        self._renderer = OffscreenRenderer(self._physics.model.ptr, width, height, smooth=False)
+        for name in names:
+            self._render(name)
+
+    def take(self, is_first: bool) -> Mapping[str, bytes]:
+        """What each camera sees now; `is_first` in an episode."""
+        return {name: self._encoded(name, is_first) for name in self.names}
+
+    def stills(self) -> "Stills":
+        """The same cameras, for the live view."""
+        return Stills(self.names, lambda name: as_jpeg(self._render(name)))
+
+    def close(self) -> None:
+        """Free the renderer; may be called again."""
+        self._renderer.close()
+
+    def _render(self, name: str) -> Picture:
+        return self._renderer.render(self._physics.data.ptr, name)
+
+    def _encoded(self, name: str, is_first: bool) -> bytes:
+        picture = self._render(name)
+        return self._encoders[name].encode(picture, is_first) if self.is_video else as_jpeg(picture)
+
+
+@dataclass(frozen=True)
+class Stills:
+    """Pictures that stand for themselves, for whoever comes in the middle: a film's are told by those before.
+
+    Attributes:
+        names: of the cameras.
+        look: what one sees now, as JPEG.
+    """
+
+    names: tuple[str, ...]
+    look: Callable[[str], bytes]
+
+    def take(self, is_first: bool) -> Mapping[str, bytes]:
+        """What each camera sees now."""
+        return {name: self.look(name) for name in self.names}
+
+
+def as_jpeg(picture: Picture) -> bytes:
+    """A picture in JPEG."""
+    buffer = io.BytesIO()
+    Image.fromarray(picture).save(buffer, "JPEG", quality=JPEG_QUALITY)
+    return buffer.getvalue()

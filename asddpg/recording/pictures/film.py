@@ -1,0 +1,164 @@
+"""Episodes as a film, an .mp4 that any browser plays."""
+
+import contextlib
+from collections.abc import Callable, Mapping
+from fractions import Fraction
+from pathlib import Path
+from typing import Any, SupportsFloat
+
+import numpy as np
+from PIL import Image
+
+from asddpg.episodes.protocols import Episode, Observation, Step
+from asddpg.errors import UserError
+from asddpg.recording.messages.path_message import DRIVER_COLOURS, OTHER_COLOUR
+from asddpg.recording.pictures.caption import OUTCOME_COLOURS, Colour, captioned
+from asddpg.recording.pictures.h264 import CODEC, OPTIONS, require_av
+from asddpg.recording.samples import Watched
+from tasks.graphics.rendering import OffscreenRenderer
+
+HOLD = 1.5  # s of film on an episode's last picture, to read how it ended
+# What is written can be played up to its last second at any time, also after the process was killed.
+_IN_PROGRESS = {"movflags": "empty_moov+default_base_moof", "frag_duration": "1000000", "flush_packets": "1"}
+_FINISHED = {"movflags": "faststart"}
+
+
+class Film:
+    """Films the episodes it watches, one after the other, a picture a control step.
+
+    While it is made it is `<path>.part`, which can be played as well.
+    """
+
+    def __init__(
+        self,
+        path: Path,
+        environment: Watched,
+        camera: str = "chase",
+        width: int = 640,
+        height: int = 480,
+        control_timestep: float = 0.2,
+        speed: float = 1.0,
+    ) -> None:
+        """Open the file and take a first picture: what is wrong shows now.
+
+        Args:
+            path: of the film, .mp4; one that is there is replaced at the end.
+            environment: what is watched; its scene is rendered in the thread that makes the film.
+            camera: of the scene, or `free`.
+            width: px, even.
+            height: px, even.
+            control_timestep: seconds between two pictures.
+            speed: 1 is real time, 2 twice as fast.
+
+        Raises:
+            UserError: PyAV is missing, or the file cannot be written.
+            TaskError: no such camera, no such size, or no graphics library.
+        """
+        if path.suffix.lower() != ".mp4":
+            raise UserError(f"a film's file must end in .mp4, not {path.name!r}")
+        if width % 2 or height % 2:
+            raise UserError(f"a film's width and height must be even, not {width} x {height}")
+        self._av = require_av()
+        self._path, self._camera = path, camera
+        self.part = path.with_name(path.name + ".part")
+        self._physics = environment.physics
+        self._renderer = OffscreenRenderer(self._physics.model.ptr, width, height)
+        try:
+            self._image = self._rendered()
+            self._rate = Fraction(speed / control_timestep).limit_denominator(1000)
+            self._container: Any = None
+            self._writing(self._open)
+        except BaseException:
+            self._renderer.close()
+            raise
+        self._episodes = self._frames = 0
+
+    def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
+        """Show where it begins."""
+        self._episodes += 1
+        self._show("start")
+
+    def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
+        """Show where the step led."""
+        driver = step.decision.driver.value
+        self._show(f"{self._physics.data.time:.1f} s · {driver} drives", DRIVER_COLOURS.get(driver, OTHER_COLOUR))
+
+    def end_episode(self, episode: Episode) -> None:
+        """Say how it ended, long enough to be read."""
+        text = f"{episode.outcome} after {self._physics.data.time:.1f} s"
+        for _ in range(max(1, round(HOLD * self._rate))):
+            self._write(text, OUTCOME_COLOURS.get(episode.outcome))
+
+    def close(self) -> None:
+        """Complete the film; may be called again.
+
+        Raises:
+            UserError: it could not be written; what there is of it stays as `<path>.part`.
+        """
+        self._renderer.close()
+        if self._container is not None:
+            self._writing(self._finish)
+
+    # Pictures -----------------------------------------------------------------------------------------------------
+
+    def _rendered(self) -> Image.Image:
+        return Image.fromarray(self._renderer.render(self._physics.data.ptr, self._camera))
+
+    def _show(self, text: str, colour: Colour | None = None) -> None:
+        self._image = self._rendered()
+        self._write(text, colour)
+
+    def _write(self, text: str, colour: Colour | None = None) -> None:
+        image = captioned(self._image, f"episode {self._episodes} · {text}", colour)
+        frame = self._av.VideoFrame.from_ndarray(np.asarray(image), format="rgb24")
+        frame.pts, self._frames = self._frames, self._frames + 1
+        self._writing(lambda: self._container.mux(self._stream.encode(frame)))
+
+    # File ---------------------------------------------------------------------------------------------------------
+
+    def _open(self) -> None:
+        self._container = self._av.open(str(self.part), "w", format="mp4", options=_IN_PROGRESS)
+        stream = self._container.add_stream(CODEC, rate=self._rate, options=OPTIONS)
+        stream.width, stream.height, stream.pix_fmt = *self._image.size, "yuv420p"
+        stream.codec_context.thread_count = 1
+        stream.time_base = stream.codec_context.time_base = 1 / self._rate
+        self._container.start_encoding()  # or else the file would be made with the first picture
+        self._stream = stream
+
+    def _finish(self) -> None:
+        container, self._container = self._container, None
+        container.mux(self._stream.encode(None))
+        container.close()
+        if self._frames:
+            self._copy_whole()
+        self.part.unlink()
+
+    def _copy_whole(self) -> None:
+        """The same packets with a table of contents, at the beginning: players then know how long it is."""
+        whole = self._path.with_name(self._path.name + ".new")
+        try:
+            with (
+                self._av.open(str(self.part)) as source,
+                self._av.open(str(whole), "w", format="mp4", options=_FINISHED) as target,
+            ):
+                stream = target.add_stream_from_template(source.streams.video[0])
+                for packet in source.demux(video=0):
+                    if packet.dts is not None:
+                        packet.stream = stream
+                        target.mux(packet)
+            whole.replace(self._path)
+        except BaseException:
+            whole.unlink(missing_ok=True)
+            raise
+
+    def _writing(self, act: Callable[[], object]) -> None:
+        try:
+            act()
+        except (OSError, self._av.error.FFmpegError) as error:
+            container, self._container = self._container, None
+            with contextlib.suppress(OSError, self._av.error.FFmpegError):
+                if container is not None:
+                    container.close()
+            left = f"; {self.part} holds the film so far" if self.part.is_file() else ""
+            reason = getattr(error, "strerror", None) or error
+            raise UserError(f"the film {self._path} cannot be written: {reason}{left}") from error

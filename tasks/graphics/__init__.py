@@ -1,0 +1,1 @@
+"""Offscreen pictures, and the graphics library they need."""

@@ -1,0 +1,48 @@
+"""The stored evaluation sets: start-goal pairs that training never sees, the same for everybody."""
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+
+from tasks.physics import FloatArray, Pose
+
+FOLDER = Path(__file__).resolve().parents[1] / "held_out"
+
+SetName = Literal["validation", "test"]
+
+
+@dataclass(frozen=True)
+class Pair:
+    """A start and a goal.
+
+    Attributes:
+        start: pose of the base, metres and radians, world frame.
+        goal: metres, world frame.
+        shortest_path: length of the shortest free path to within the goal's radius, metres.
+    """
+
+    start: Pose
+    goal: tuple[float, float]
+    shortest_path: float
+
+
+@cache
+def held_out_pairs(task_name: str, set_name: SetName) -> tuple[Pair, ...]:
+    """The stored pairs of a task: 50 for validation while training, 200 for the final test."""
+    stored = json.loads((FOLDER / f"{task_name}.json").read_text())
+    return tuple(
+        Pair(Pose(*row["start"]), (row["goal"][0], row["goal"][1]), row["shortest_path"]) for row in stored[set_name]
+    )
+
+
+@cache
+def held_out_goals(task_name: str) -> FloatArray:
+    """Goals of both sets, float64 (n, 2), metres; empty for a task without stored sets."""
+    if not (FOLDER / f"{task_name}.json").exists():
+        return np.zeros((0, 2))
+    pairs = held_out_pairs(task_name, "validation") + held_out_pairs(task_name, "test")
+    return np.array([pair.goal for pair in pairs])

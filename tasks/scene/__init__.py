@@ -1,0 +1,1 @@
+"""MJCF scenes: loaded, checked, and described as shapes and frames."""

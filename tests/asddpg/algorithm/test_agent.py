@@ -1,0 +1,332 @@
+"""What AsDDPG does, seen from outside."""
+
+import copy
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+
+from asddpg.algorithm.agent import AsDDPG
+from asddpg.algorithm.controllers import ProportionalController
+from asddpg.algorithm.exploration import OrnsteinUhlenbeckNoise
+from asddpg.algorithm.losses import Batch, TargetRule, bellman_targets, critic_dqn_loss, policy_loss
+from asddpg.algorithm.networks import Networks, NetworkShape
+from asddpg.algorithm.replay import ReplayBuffer
+from asddpg.algorithm.schedules import Withdrawal
+from asddpg.annealing import Annealing
+from asddpg.config import LearningConfig, WithdrawalConfig
+from asddpg.episodes.drivers import actor_alone
+from asddpg.episodes.loop import run_episode
+from asddpg.episodes.protocols import Action, Decision, Driver, Observation, Step
+
+LOW, HIGH = np.array([0.0, -1.0], dtype=np.float32), np.array([0.5, 1.0], dtype=np.float32)
+
+
+class Identity:
+    """Do what the observation says: reward −|a − wanted|², an episode is 10 steps. Knows nothing of robots."""
+
+    def __init__(self, seed: int) -> None:
+        self.rng = np.random.default_rng(seed)
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Observation, dict[str, Any]]:
+        self.steps = 0
+        return self._observe(), {}
+
+    def _observe(self) -> Observation:
+        self.wanted: Action = self.rng.uniform(LOW, HIGH).astype(np.float32)
+        return np.concatenate([self.wanted, np.ones(1, np.float32)]).astype(np.float32)
+
+    def step(self, action: Action) -> tuple[Observation, float, bool, bool, dict[str, Any]]:
+        self.steps += 1
+        reward = -float(np.sum(((action - self.wanted) / (HIGH - LOW)) ** 2))
+        return self._observe(), reward, False, self.steps == 10, {}
+
+
+# Nothing that only pays over a long training.
+FAST: dict[str, Any] = {
+    "critic_learning_rate": 1e-3,
+    "policy_every": 1,
+    "n_steps": 1,
+    "annealing": 0.0,
+    "withdrawal": WithdrawalConfig(last_share=0.0),
+}
+
+
+class Useless:
+    def act(self, observation: Observation) -> Action:
+        return LOW
+
+
+def make_agent(controller: Any, seed: int = 0, shape: NetworkShape | None = None, **learning: Any) -> AsDDPG:
+    assisted = controller is not None
+    settings = FAST | {"critic_follows_switch": assisted, "imitation": float(assisted)} | learning
+    config = LearningConfig(learning_starts=100, actor_learning_rate=1e-3, gamma=0.5, assisted=assisted, **settings)
+    shape = shape or NetworkShape(3, None, LOW.tolist(), HIGH.tolist(), (32, 32), twin_critics=config.twin_critics)
+    torch.manual_seed(seed)
+    rng = np.random.default_rng(seed)
+    return AsDDPG(
+        networks=Networks(shape, with_switch=controller is not None),
+        config=config,
+        replay=ReplayBuffer(5000, shape.observation_size, 2, rng),
+        noise=OrnsteinUhlenbeckNoise((HIGH - LOW) / 2, 0.15, 0.3, 0, 1.0, rng),
+        controller=controller,
+        withdrawal=Withdrawal(
+            1000, 2000, config.withdrawal.first_share, config.withdrawal.last_share, 0, np.random.default_rng(seed)
+        ),
+        annealing=Annealing(config.annealing, 3000),
+        smoothing_seed=seed,
+        device=torch.device("cpu"),
+    )
+
+
+def train(agent: AsDDPG, steps: int) -> None:
+    environment, done = Identity(seed=1), 0
+    while done < steps:
+        done += run_episode(environment, agent).steps
+
+
+def mean_reward(agent: Any) -> float:
+    environment = Identity(seed=2)
+    return float(np.mean([run_episode(environment, agent).total_reward / 10 for _ in range(20)]))
+
+
+PAPER: dict[str, Any] = {"critic_follows_switch": False, "imitation": 0.0, "charge_critic": True}
+TWIN = {"twin_critics": True, "target_noise": 0.1, "policy_every": 2, "n_steps": 3, "critic_follows_switch": False}
+WITHDRAWN = {"withdrawal": WithdrawalConfig(last_share=1.0), "annealing": 0.3}
+
+
+@pytest.mark.parametrize(
+    ("controller", "learning"),
+    [(None, {}), (Useless(), PAPER), (Useless(), {}), (Useless(), TWIN), (Useless(), WITHDRAWN)],
+    ids=["ddpg", "asddpg_paper", "asddpg", "twin critics", "withdrawn"],
+)
+def test_learns_an_identity_task(controller: Any, learning: dict[str, Any]) -> None:
+    agent = make_agent(controller, **learning)
+    before = mean_reward(actor_alone(agent))
+    train(agent, 3000)
+    after = mean_reward(actor_alone(agent))
+    assert before < -0.1
+    assert after > -0.01, after
+
+
+def random_batch(size: int = 16) -> Batch:
+    rng = np.random.default_rng(0)
+    columns = (rng.normal(size=(size, 3)), rng.uniform(LOW, HIGH, (size, 2)), *rng.normal(size=(2, size)))
+    flags = (np.ones(size), rng.integers(0, 2, size), rng.normal(size=(size, 3)), rng.uniform(LOW, HIGH, (size, 2)))
+    return Batch(*(torch.from_numpy(np.asarray(part, dtype=np.float32)) for part in (*columns, *flags)))
+
+
+@pytest.mark.parametrize("options", [{"shared_convolutions": True}, {"layer_norm": True}, {"twin_critics": True}])
+def test_every_network_learns_all_its_parameters(options: dict[str, bool]) -> None:
+    shape = NetworkShape(23, (1, 20), LOW.tolist(), HIGH.tolist(), (16, 16), **options)
+    agent = make_agent(Useless(), shape=shape, **PAPER)
+    before = copy.deepcopy(agent.networks)
+    rng = np.random.default_rng(0)
+    x, x_next = (torch.from_numpy(rng.normal(size=(16, 23)).astype(np.float32)) for _ in range(2))
+    agent.update(random_batch()._replace(x=x, x_next=x_next))
+    for (name, found), old in zip(agent.networks.named_parameters(), before.parameters(), strict=True):
+        assert not torch.equal(found, old), name
+
+
+@pytest.mark.parametrize("learning", [PAPER, {}], ids=["asddpg_paper", "asddpg"])
+def test_an_update_is_critic_then_policy_then_targets(learning: dict[str, Any]) -> None:
+    """One update against its parts; Adam's first step is lr · g / (|g| + 1e-8)."""
+    agent, batch = make_agent(Useless(), **learning), random_batch()
+    with torch.no_grad():
+        for parameter in agent.networks.parameters():
+            parameter.add_(0.1 * torch.randn_like(parameter))
+    twin, target, config = copy.deepcopy(agent.networks), copy.deepcopy(agent.target), agent.config
+    agent.update(batch)
+
+    def step(parameters: list[torch.nn.Parameter], loss: torch.Tensor, rate: float) -> None:
+        gradients = torch.autograd.grad(loss, parameters)
+        with torch.no_grad():
+            for parameter, gradient in zip(parameters, gradients, strict=True):
+                parameter.sub_(rate * gradient / (gradient.abs() + 1e-8))
+
+    rule = TargetRule(config.gamma, follow_switch=config.critic_follows_switch)
+    targets = bellman_targets(batch, twin, target, rule)
+    loss = critic_dqn_loss(batch, twin.features(batch.x), twin, targets)
+    step(twin.critic_dqn_parameters(), loss.total, config.critic_learning_rate)
+    objective = policy_loss(batch, twin.features(batch.x).detach(), twin, config.imitation)
+    step(twin.policy_parameters(), objective, config.actor_learning_rate)
+    for (name, found), expected in zip(agent.networks.named_parameters(), twin.parameters(), strict=True):
+        torch.testing.assert_close(found, expected, rtol=1e-4, atol=1e-6, msg=name)
+    followed = [name for name, _ in twin.named_parameters()]
+    online, before = dict(agent.networks.named_parameters()), dict(target.named_parameters())
+    for name in followed:
+        between = config.tau * online[name] + (1 - config.tau) * before[name]
+        torch.testing.assert_close(agent.target.get_parameter(name), between, msg=name)
+
+
+def test_switch_drops_a_useless_controller() -> None:
+    agent = make_agent(Useless())
+    train(agent, 3000)
+    environment = Identity(seed=3)
+    shares = [run_episode(environment, agent).controller_share for _ in range(20)]
+    assert np.mean(shares) < 0.2
+
+
+def test_switch_keeps_a_perfect_controller_while_the_policy_cannot() -> None:
+    class Perfect:
+        def act(self, observation: Observation) -> Action:
+            return observation[:2]
+
+    agent = make_agent(Perfect())
+    agent._policy_optimizer.param_groups[0]["lr"] = 0.0
+    train(agent, 3000)
+    assert np.mean([run_episode(Identity(seed=4), agent).controller_share for _ in range(20)]) > 0.8
+
+
+def test_the_greedy_switch_takes_the_larger_q() -> None:
+    agent = make_agent(Useless())
+    rng = np.random.default_rng(0)
+    assert agent.networks.switch is not None
+    seen = set()
+    for bias in (-1.0, 1.0):
+        with torch.no_grad():
+            agent.networks.switch.out.bias.copy_(torch.tensor([0.0, bias, -bias]))
+        decision = agent.decide(rng.normal(size=3).astype(np.float32))
+        assert decision.q_policy is not None
+        assert decision.q_controller is not None
+        assert (decision.driver is Driver.CONTROLLER) == (decision.q_controller > decision.q_policy)
+        if decision.driver is Driver.CONTROLLER:
+            assert decision.noise is None
+            np.testing.assert_array_equal(decision.action, decision.controller_action)
+        else:
+            assert decision.noise is not None
+        seen.add(decision.driver)
+    assert seen == {Driver.POLICY, Driver.CONTROLLER}
+
+
+def test_a_delayed_policy_moves_with_every_second_update_and_the_critic_with_every_one() -> None:
+    agent, batch = make_agent(Useless(), policy_every=2), random_batch()
+    moved = []
+    for _ in range(4):
+        parts = (agent._policy, agent._target_policy, agent._critic_dqn, agent._target_critic_dqn)
+        before = [part.vector.clone() for part in parts]
+        learned = agent.update(batch)
+        moved.append([not torch.equal(part.vector, old) for part, old in zip(parts, before, strict=True)])
+        assert ("policy_loss" in learned) is moved[-1][0]
+    assert moved == [[True, True, True, True], [False, False, True, True]] * 2
+
+
+@pytest.mark.parametrize(("terminated", "last"), [(True, 0.0), (False, 1.0)], ids=["end", "time limit"])
+def test_returns_over_three_steps_store_every_step_of_an_episode(terminated: bool, last: float) -> None:
+    agent = make_agent(None, n_steps=3)  # γ is 0.5
+    observation, decision = np.zeros(3, dtype=np.float32), Decision(LOW, Driver.POLICY)
+    for index in range(4):
+        is_last = index == 3
+        agent.learn(
+            Step(observation, decision, 1.0, observation, terminated and is_last, not terminated and is_last, {})
+        )
+    assert isinstance(agent._replay, ReplayBuffer)
+    rows, layout = agent._replay._rows[: len(agent._replay)], agent._replay.layout
+    np.testing.assert_allclose(rows[:, layout.reward], [1.75, 1.75, 1.5, 1.0])
+    np.testing.assert_allclose(rows[:, layout.discount], [0.25, 0.25 * last, 0.5 * last, last])
+
+
+def test_target_smoothing_is_cut_and_the_same_for_the_same_seed() -> None:
+    def noises(seed: int) -> torch.Tensor:
+        agent = make_agent(None, seed, target_noise=0.2)
+        drawn = [agent._target_rule(random_batch()).noise for _ in range(200)]
+        return torch.stack([noise for noise in drawn if noise is not None])
+
+    found = noises(0)
+    assert found.abs().max() == pytest.approx(0.4)
+    assert found.std() == pytest.approx(0.2, rel=0.15)
+    assert torch.equal(found, noises(0))
+    assert not torch.equal(found, noises(1))
+
+
+def test_executed_actions_stay_within_bounds() -> None:
+    agent = make_agent(None)
+    agent.begin_episode()
+    for _ in range(300):
+        action = agent.decide(np.array([0.5, 1.0, 1.0], dtype=np.float32)).action
+        assert np.all(action >= LOW)
+        assert np.all(action <= HIGH)
+
+
+def stored(agent: AsDDPG, **changes: Any) -> Mapping[str, float]:
+    observation = np.zeros(3, dtype=np.float32)
+    decision = Decision(LOW, changes.pop("driver", Driver.POLICY))
+    values: dict[str, Any] = {"reward": 1.0, "terminated": False, "truncated": False, "info": {}} | changes
+    agent.learn(Step(observation, decision, next_observation=observation, **values))
+    assert isinstance(agent._replay, ReplayBuffer)
+    layout = agent._replay.layout
+    row = agent._replay._rows[len(agent._replay) - 1]
+    return {name: row[getattr(layout, name)] for name in ("discount", "reward", "switch_reward", "by_policy")}
+
+
+def test_only_an_end_stops_the_bootstrap() -> None:
+    agent = make_agent(None)
+    assert stored(agent, terminated=True)["discount"] == 0.0
+    assert stored(agent, truncated=True)["discount"] == 1.0
+    assert stored(agent)["discount"] == 1.0
+
+
+@pytest.mark.parametrize("charge_critic", [True, False])
+def test_help_is_charged_to_the_controller_alone(charge_critic: bool) -> None:
+    agent = make_agent(Useless(), gamma_p=0.25, charge_critic=charge_critic)
+    info = {"dense_reward": 0.4}
+    free = stored(agent, driver=Driver.POLICY, info=info)
+    assert (free["reward"], free["switch_reward"], free["by_policy"]) == (1.0, 1.0, 1.0)
+    charged = stored(agent, driver=Driver.CONTROLLER, info=info)
+    assert charged["switch_reward"] == pytest.approx(0.7)
+    assert charged["reward"] == pytest.approx(0.7 if charge_critic else 1.0)
+    assert charged["by_policy"] == 0.0
+
+
+def test_state_comes_back_whole() -> None:
+    agent, other = make_agent(Useless(), seed=0), make_agent(Useless(), seed=9)
+    train(agent, 300)
+    other.load_state(agent.state())
+    observation = np.array([0.2, -0.3, 1.0], dtype=np.float32)
+    np.testing.assert_array_equal(agent.act(observation), other.act(observation))
+    assert other.updates == agent.updates
+
+
+def test_proportional_controller_heads_for_the_goal_within_bounds() -> None:
+    controller = ProportionalController((2.0, 3.0), LOW, HIGH)
+    observation = np.zeros(124, dtype=np.float32)
+    observation[-2:] = [0.1, -0.2]
+    np.testing.assert_allclose(controller.act(observation), [0.2, -0.6], rtol=1e-6)
+    observation[-2:] = [-5.0, 5.0]
+    np.testing.assert_array_equal(controller.act(observation), [0.0, 1.0])
+
+
+def test_noise_wanders_fades_and_starts_anew() -> None:
+    noise = OrnsteinUhlenbeckNoise(np.array([0.25, 1.0]), 0.15, 0.2, 100, 0.1, np.random.default_rng(0))
+    samples = np.array([noise.sample() for _ in range(20_000)]) / [0.25, 1.0]
+    # Stationary deviation of n ← (1 − θ) n + σ 𝒩: σ / √(1 − (1 − θ)²).
+    np.testing.assert_allclose(samples.std(axis=0), 0.2 / np.sqrt(1 - 0.85**2), rtol=0.05)
+    np.testing.assert_allclose([np.corrcoef(samples[:-1, i], samples[1:, i])[0, 1] for i in (0, 1)], 0.85, atol=0.02)
+    for _ in range(50):
+        noise.advance()
+    assert noise.scale == pytest.approx(0.55)
+    for _ in range(100):
+        noise.advance()
+    assert noise.scale == pytest.approx(0.1)
+    noise.reset()
+    assert np.all(np.abs(noise.sample()) < 0.2)
+
+
+def test_replay_keeps_the_newest_and_gives_back_what_was_put_in() -> None:
+    from asddpg.algorithm.replay import Transition
+
+    buffer = ReplayBuffer(4, 3, 2, np.random.default_rng(0))
+    for value in range(6):
+        part = np.full(3, value, dtype=np.float32)
+        buffer.add(Transition(part, part[:2] + 10, value + 20, value + 50, 1.0, part + 30, 0.0, part[:2] + 40))
+    layout, rows = buffer.layout, buffer.sample(200)
+    values = rows[:, 0]
+    assert set(values) == {2.0, 3.0, 4.0, 5.0}
+    for columns, offset in ((layout.action, 10), (layout.next_observation, 30), (layout.controller_action, 40)):
+        assert np.all(rows[:, columns] == values[:, None] + offset)
+    assert np.all(rows[:, layout.reward] == values + 20)
+    assert np.all(rows[:, layout.switch_reward] == values + 50)

@@ -1,0 +1,23 @@
+"""The layers against torch's own."""
+
+import pytest
+import torch
+from torch.nn import functional
+
+from asddpg.algorithm.layers import Convolution
+
+
+@pytest.mark.parametrize(("length", "kernel", "stride"), [(40, 5, 2), (18, 3, 2), (20, 3, 1), (11, 4, 3), (9, 2, 4)])
+def test_convolution_and_its_gradients_are_torchs(length: int, kernel: int, stride: int) -> None:
+    torch.manual_seed(0)
+    layer = Convolution(3, 4, kernel, stride).double()
+    signal = torch.randn(2, length, 3, dtype=torch.float64, requires_grad=True)
+    weight = layer.weight.view(kernel, 3, 4).permute(2, 1, 0)
+    expected = functional.conv1d(signal.transpose(1, 2), weight, layer.bias, stride).transpose(1, 2)
+    found = layer(signal)
+    torch.testing.assert_close(found, expected)
+    leaves = (signal, layer.weight, layer.bias)
+    factor = torch.randn_like(found)
+    gradients = torch.autograd.grad((found * factor).sum(), leaves)
+    for gradient, its in zip(gradients, torch.autograd.grad((expected * factor).sum(), leaves), strict=True):
+        torch.testing.assert_close(gradient, its)

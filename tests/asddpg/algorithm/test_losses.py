@@ -1,0 +1,256 @@
+"""Eqs. 4 and 5 and the soft update against an independent NumPy float64 version."""
+
+import copy
+
+import numpy as np
+import pytest
+import torch
+
+from asddpg.algorithm.flat import FlatParameters
+from asddpg.algorithm.losses import Batch, TargetRule, advantage, bellman_targets, critic_dqn_loss, policy_loss
+from asddpg.algorithm.networks import CONTROLLER, POLICY, Networks, NetworkShape
+from tests.support.reference_equations import F64, Reference
+
+SCANS = (3, 40)
+SIZE = 124
+LOW, HIGH = np.array([0.0, -np.pi / 3]), np.array([0.5, np.pi / 3])
+GAMMA = 0.99
+SEEDS = pytest.mark.parametrize("seed", range(5))
+
+
+DTYPES = pytest.mark.parametrize("dtype", [torch.float64, torch.float32], ids=["float64", "float32"])
+
+
+def make_networks(seed: int, with_switch: bool = True, dtype: torch.dtype = torch.float64, **options: bool) -> Networks:
+    torch.manual_seed(seed)
+    shape = NetworkShape(SIZE, SCANS, LOW.tolist(), HIGH.tolist(), (32, 24, 16), **options)
+    networks = Networks(shape, with_switch).to(dtype)
+    with torch.no_grad():  # output layers begin so small that a mistake in them would not show
+        for parameter in networks.parameters():
+            parameter.add_(0.1 * torch.randn_like(parameter))
+    return networks
+
+
+def make_batch(seed: int, size: int = 32, dtype: torch.dtype = torch.float64) -> Batch:
+    """Random transitions: a third ends, a third time limits, a third in between; both drivers."""
+    rng = np.random.default_rng(seed)
+    discount = rng.permutation(np.resize([0.0, 1.0, 1.0], size))
+    parts = (
+        rng.uniform(-0.5, 0.5, (size, SIZE)),
+        rng.uniform(LOW, HIGH, (size, 2)),
+        rng.normal(size=size),
+        rng.normal(size=size),
+        discount,
+        rng.integers(0, 2, size).astype(float),
+        rng.uniform(-0.5, 0.5, (size, SIZE)),
+        rng.uniform(LOW, HIGH, (size, 2)),
+    )
+    return Batch(*(torch.from_numpy(part).to(dtype) for part in parts))
+
+
+def reference_of(networks: Networks) -> Reference:
+    weights = {
+        name: value.detach().numpy().astype(np.float64, copy=False) for name, value in networks.named_parameters()
+    }
+    return Reference(weights, SCANS, LOW, HIGH)
+
+
+def arrays(batch: Batch) -> tuple[F64, ...]:
+    return tuple(part.numpy().astype(np.float64) for part in batch)
+
+
+def reference_targets(batch: Batch, online: Reference, target: Reference) -> tuple[F64, F64]:
+    _, _, r, r_switch, discount, _, x_next, _ = arrays(batch)
+    y_a = r + GAMMA * discount * target.q_a(x_next, target.policy(x_next))
+    chosen = online.v_and_q(x_next)[1].argmax(axis=1)
+    y_q = r_switch + GAMMA * discount * target.v_and_q(x_next)[1][np.arange(len(r)), chosen]
+    return y_a, y_q
+
+
+@SEEDS
+@DTYPES
+def test_targets_equal_the_reference(seed: int, dtype: torch.dtype) -> None:
+    online, target = make_networks(seed, dtype=dtype), make_networks(seed + 100, dtype=dtype)
+    batch = make_batch(seed, dtype=dtype)
+    targets = bellman_targets(batch, online, target, TargetRule(GAMMA))
+    y_a, y_q = reference_targets(batch, reference_of(online), reference_of(target))
+    # In float32 a target is a sum of numbers about 1, so that one near 0 is exact only to their rounding.
+    rounding = 1e-6 if dtype is torch.float32 else 0.0
+    np.testing.assert_allclose(targets.y_a.numpy(), y_a, rtol=1e-5, atol=rounding)
+    assert targets.y_q is not None
+    np.testing.assert_allclose(targets.y_q.numpy(), y_q, rtol=1e-5, atol=rounding)
+
+
+@SEEDS
+def test_the_critic_may_follow_the_switch(seed: int) -> None:
+    online, target, batch = make_networks(seed), make_networks(seed + 100), make_batch(seed)
+    targets = bellman_targets(batch, online, target, TargetRule(GAMMA, follow_switch=True))
+    _, y_q = reference_targets(batch, reference_of(online), reference_of(target))
+    _, _, r, r_switch, *_ = arrays(batch)
+    np.testing.assert_allclose(targets.y_a.numpy(), y_q - r_switch + r, rtol=1e-5)
+
+
+def twin_reference(networks: Networks) -> Reference:
+    """The reference with the twin critic in the first one's place."""
+    reference = reference_of(networks)
+    twin = {name: value for name, value in reference.weights.items() if name.startswith("critic_twin")}
+    renamed = {name.replace("critic_twin", "critic"): value for name, value in twin.items()}
+    return Reference({**reference.weights, **renamed}, SCANS, LOW, HIGH)
+
+
+@SEEDS
+def test_of_twin_critics_the_smaller_one_bootstraps_and_both_learn(seed: int) -> None:
+    online, target = (make_networks(seed + offset, twin_critics=True) for offset in (0, 100))
+    batch = make_batch(seed)
+    targets = bellman_targets(batch, online, target, TargetRule(GAMMA))
+    x, a, r, _, discount, _, x_next, _ = arrays(batch)
+    first, second = reference_of(target), twin_reference(target)
+    action = first.policy(x_next)
+    y_a = r + GAMMA * discount * np.minimum(first.q_a(x_next, action), second.q_a(x_next, action))
+    np.testing.assert_allclose(targets.y_a.numpy(), y_a, rtol=1e-5)
+    loss = critic_dqn_loss(batch, online.features(batch.x), online, targets)
+    errors = [np.mean((y_a - reference.q_a(x, a)) ** 2) for reference in (reference_of(online), twin_reference(online))]
+    np.testing.assert_allclose(loss.critic.item(), sum(errors), rtol=1e-5)
+
+
+def test_target_smoothing_moves_the_target_action_within_its_bounds() -> None:
+    online, target, batch = make_networks(0), make_networks(1), make_batch(0)
+    noise = torch.full_like(batch.a, 10.0)
+    targets = bellman_targets(batch, online, target, TargetRule(GAMMA, noise=noise))
+    _, _, r, _, discount, _, x_next, _ = arrays(batch)
+    y_a = r + GAMMA * discount * reference_of(target).q_a(x_next, np.tile(HIGH, (len(r), 1)))
+    np.testing.assert_allclose(targets.y_a.numpy(), y_a, rtol=1e-5)
+
+
+def test_shared_convolutions_are_trained_by_the_critic_alone() -> None:
+    networks = make_networks(0, shared_convolutions=True)
+    names = {id(parameter): name for name, parameter in networks.named_parameters()}
+    policy = {names[id(parameter)] for parameter in networks.policy_parameters()}
+    critic = {names[id(parameter)] for parameter in networks.critic_dqn_parameters()}
+    assert any(name.startswith("features.") for name in critic)
+    assert all(name.startswith("policy_head.") for name in policy)
+    batch = make_batch(0)
+    objective = policy_loss(batch, networks.features(batch.x).detach(), networks)
+    gradients = torch.autograd.grad(objective, list(networks.features.parameters()), allow_unused=True)
+    assert gradients == (None,) * len(gradients)
+
+
+def test_nothing_follows_an_end_and_everything_a_time_limit() -> None:
+    online, target, batch = make_networks(0), make_networks(1), make_batch(0)
+    targets = bellman_targets(batch, online, target, TargetRule(GAMMA))
+    ended = batch.discount == 0.0
+    assert torch.equal(targets.y_a[ended], batch.r[ended])
+    assert torch.all(targets.y_a[~ended] != batch.r[~ended])
+
+
+@SEEDS
+@DTYPES
+def test_loss_equals_the_reference(seed: int, dtype: torch.dtype) -> None:
+    online, target = make_networks(seed, dtype=dtype), make_networks(seed + 100, dtype=dtype)
+    batch = make_batch(seed, dtype=dtype)
+    targets = bellman_targets(batch, online, target, TargetRule(GAMMA))
+    loss = critic_dqn_loss(batch, online.features(batch.x), online, targets)
+    reference = reference_of(online)
+    y_a, y_q = reference_targets(batch, reference, reference_of(target))
+    x, a, _, _, _, sigma, *_ = arrays(batch)
+    q = reference.v_and_q(x)[1]
+    q_taken = np.where(sigma == 1.0, q[:, POLICY], q[:, CONTROLLER])
+    expected_critic = np.mean((y_a - reference.q_a(x, a)) ** 2)
+    expected_switch = np.mean((y_q - q_taken) ** 2)
+    assert loss.switch is not None
+    np.testing.assert_allclose(loss.critic.item(), expected_critic, rtol=1e-5)
+    np.testing.assert_allclose(loss.switch.item(), expected_switch, rtol=1e-5)
+    np.testing.assert_allclose(loss.total.item(), expected_critic + expected_switch, rtol=1e-5)
+
+
+@SEEDS
+def test_policy_gradient_equals_the_chain_rule_in_the_reference(seed: int) -> None:
+    """∇_θ J = mean ∇_a Q^A · ∇_θ π, each factor by central differences of the reference."""
+    online, batch = make_networks(seed), make_batch(seed, size=6)
+    features = online.features(batch.x).detach()
+    parameters = online.policy_parameters()
+    gradients = torch.autograd.grad(policy_loss(batch, features, online), parameters)
+    reference, x, eps = reference_of(online), batch.x.numpy(), 1e-6
+    actions = reference.policy(x)
+    dq_da = np.zeros_like(actions)
+    for index in range(2):
+        shift = np.eye(2)[index] * eps
+        dq_da[:, index] = (reference.q_a(x, actions + shift) - reference.q_a(x, actions - shift)) / (2 * eps)
+    rng = np.random.default_rng(seed)
+    for parameter, gradient in zip(parameters, gradients, strict=True):
+        values = parameter.detach().numpy()  # the reference sees the same memory
+        for _ in range(10):
+            entry = tuple(rng.integers(size) for size in values.shape)
+            kept = values[entry]
+            values[entry] = kept + eps
+            above = reference.policy(x)
+            values[entry] = kept - eps
+            below = reference.policy(x)
+            values[entry] = kept
+            expected = -np.mean(np.sum(dq_da * (above - below) / (2 * eps), axis=1))
+            np.testing.assert_allclose(gradient.numpy()[entry], expected, rtol=1e-5, atol=1e-9)
+
+
+@SEEDS
+def test_gradient_of_the_advantage_is_the_gradient_of_q(seed: int) -> None:
+    """Eq. 5 names ∇_a A; V(x) does not depend on a, so it is ∇_a Q^A."""
+    online, batch = make_networks(seed), make_batch(seed)
+    features = online.features(batch.x).detach()
+    action = batch.a.clone().requires_grad_()
+    (of_advantage,) = torch.autograd.grad(advantage(features, action, online).sum(), action)
+    (of_q,) = torch.autograd.grad(online.critic(features, action).sum(), action)
+    torch.testing.assert_close(of_advantage, of_q, rtol=0.0, atol=0.0)
+    assert torch.all(of_q.abs().sum(dim=1) > 0)
+
+
+@SEEDS
+def test_imitation_counts_where_the_critic_prefers_the_controller(seed: int) -> None:
+    online, batch = make_networks(seed), make_batch(seed)
+    reference, x, controller = reference_of(online), batch.x.numpy(), batch.controller_action.numpy()
+    action = reference.policy(x)
+    preferred = reference.q_a(x, controller) > reference.q_a(x, action)
+    assert 0 < preferred.sum() < len(x)
+    distance = np.sum(((action - controller) / ((HIGH - LOW) / 2)) ** 2, axis=1)
+    expected = 0.7 * np.mean(preferred * distance) - np.mean(reference.q_a(x, action))
+    found = policy_loss(batch, online.features(batch.x).detach(), online, imitation=0.7)
+    np.testing.assert_allclose(found.item(), expected, rtol=1e-5)
+
+
+def test_advantage_is_q_less_v() -> None:
+    online, batch = make_networks(0), make_batch(0)
+    reference = reference_of(online)
+    found = advantage(online.features(batch.x), batch.a, online).detach().numpy()
+    x, a, *_ = arrays(batch)
+    np.testing.assert_allclose(found, reference.q_a(x, a) - reference.v_and_q(x)[0], rtol=1e-5)
+
+
+@pytest.mark.parametrize("tau", [0.001, 0.005, 1.0])
+def test_soft_update_equals_the_reference(tau: float) -> None:
+    online, target = make_networks(0), make_networks(1)
+    before = {name: value.detach().clone().numpy() for name, value in target.named_parameters()}
+    follower = FlatParameters(list(target.parameters()))
+    follower.follow(FlatParameters(list(online.parameters())), tau)
+    for (name, moved), source in zip(target.named_parameters(), online.parameters(), strict=True):
+        expected = tau * source.detach().numpy() + (1 - tau) * before[name]
+        np.testing.assert_allclose(moved.detach().numpy(), expected, rtol=1e-5)
+
+
+def test_flat_gradient_is_autograds() -> None:
+    online, target, batch = make_networks(0), make_networks(1), make_batch(0)
+    twin = copy.deepcopy(online)
+    targets = bellman_targets(batch, online, target, TargetRule(GAMMA))
+    flat = FlatParameters(online.critic_dqn_parameters())
+    flat.differentiate(critic_dqn_loss(batch, online.features(batch.x), online, targets).total)
+    critic_dqn_loss(batch, twin.features(batch.x), twin, targets).total.backward()  # type: ignore[no-untyped-call]
+    expected = torch.cat([p.grad.reshape(-1) for p in twin.critic_dqn_parameters() if p.grad is not None])
+    assert flat.vector.grad is not None
+    torch.testing.assert_close(flat.vector.grad, expected)
+
+
+def test_without_a_switch_there_is_one_loss() -> None:
+    online, target, batch = make_networks(0, with_switch=False), make_networks(1, with_switch=False), make_batch(0)
+    targets = bellman_targets(batch, online, target, TargetRule(GAMMA))
+    loss = critic_dqn_loss(batch, online.features(batch.x), online, targets)
+    assert targets.y_q is None
+    assert loss.switch is None
+    assert loss.total is loss.critic

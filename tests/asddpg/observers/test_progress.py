@@ -1,0 +1,37 @@
+"""The progress bar, as it is read on a terminal and in a cluster's log."""
+
+import io
+
+import numpy as np
+import pytest
+
+from asddpg.episodes.protocols import Decision, Driver, Step
+from asddpg.observers.progress import ProgressBar
+
+SECONDS_A_STEP = 0.1
+STEPS = 600
+ZEROS = np.zeros(2, dtype=np.float32)
+STEP = Step(ZEROS, Decision(ZEROS, Driver.POLICY), 0.0, ZEROS, False, False, {})
+
+
+class Terminal(io.StringIO):
+    """A stream that says that it is a terminal."""
+
+    def isatty(self) -> bool:
+        """It is."""
+        return True
+
+
+@pytest.mark.parametrize(("stream", "states"), [(io.StringIO(), 6), (Terminal(), 120)], ids=["file", "terminal"])
+def test_a_log_file_gets_a_state_every_ten_seconds_and_a_terminal_two_a_second(
+    stream: io.StringIO, states: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    steps_done = 0
+    monkeypatch.setattr("tqdm.std.time", lambda: steps_done * SECONDS_A_STEP)
+    monkeypatch.setattr("sys.stderr", stream)
+    bar = ProgressBar(STEPS)
+    for _ in range(STEPS):
+        steps_done += 1
+        bar.step(STEP, {})
+    bar.close()
+    assert states / 2 <= stream.getvalue().count("\r") <= states + 2

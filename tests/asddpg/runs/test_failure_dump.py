@@ -1,0 +1,245 @@
+"""A number that is none ends a training with a sentence, and with a folder from which it is met again."""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, SupportsFloat
+
+import gymnasium
+import mujoco
+import numpy as np
+import pytest
+import torch
+import yaml
+
+from asddpg import reproduce, train
+from asddpg.algorithm.agent import AsDDPG
+from asddpg.build import watched
+from asddpg.episodes.protocols import Episode
+from asddpg.errors import Breakdown, UserError
+from asddpg.runs import state_files
+from asddpg.runs.resumable import ResumableEpisodes
+from tests.support.small_runs import QUICK, stopped
+
+NAN = float("nan")
+Step = tuple[Any, SupportsFloat, bool, bool, dict[str, Any]]
+
+
+class Faulty(gymnasium.Wrapper[Any, Any, Any, Any]):
+    """The environment, and a fault in one step of the training."""
+
+    def __init__(self, env: gymnasium.Env, steps: int, step: int, fault: Callable[["Faulty", Any], Step]) -> None:
+        super().__init__(env)
+        self._steps, self._step, self._fault = steps, step, fault
+
+    def step(self, action: Any) -> Step:
+        self._steps += 1
+        return self._fault(self, action) if self._steps == self._step else self.env.step(action)
+
+
+def nan_reward(faulty: Faulty, action: Any) -> Step:
+    observation, _, *rest = faulty.env.step(action)
+    return observation, NAN, *rest
+
+
+def infinite_observation(faulty: Faulty, action: Any) -> Step:
+    observation, *rest = faulty.env.step(action)
+    observation[7] = np.inf
+    return observation, *rest
+
+
+def nan_action(faulty: Faulty, _: Any) -> Step:
+    return faulty.env.step(np.full(2, np.nan, np.float32))
+
+
+def huge_velocity(faulty: Faulty, action: Any) -> Step:
+    watched(faulty).physics.data.ptr.qvel[:] = 1e12
+    return faulty.env.step(action)
+
+
+def everything_in_one_place(faulty: Faulty, action: Any) -> Step:
+    """More contacts than MuJoCo has memory for."""
+    physics = watched(faulty).physics
+    model, data = physics.model.ptr, physics.data.ptr
+    free = model.jnt_qposadr[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE]
+    for address in free:
+        data.qpos[address : address + 3] = data.qpos[free[0] : free[0] + 3]
+    return faulty.env.step(action)
+
+
+def break_at(patch: pytest.MonkeyPatch, step: int, fault: Callable[[Faulty, Any], Step]) -> None:
+    real = ResumableEpisodes.drive_episode
+
+    def drive_episode(self: ResumableEpisodes, observers: Any, max_steps: int) -> Episode:
+        whole = self._environment
+        self._environment = Faulty(whole, self.steps, step, fault)
+        try:
+            return real(self, observers, max_steps)
+        finally:
+            self._environment = whole
+
+    patch.setattr(ResumableEpisodes, "drive_episode", drive_episode)
+
+
+def limit_memory(patch: pytest.MonkeyPatch, num_bytes: int) -> None:
+    compile_ = mujoco.MjSpec.compile
+
+    def compile_small(self: mujoco.MjSpec) -> mujoco.MjModel:
+        self.memory = num_bytes
+        return compile_(self)
+
+    patch.setattr(mujoco.MjSpec, "compile", compile_small)
+
+
+def again(dump: Path, capsys: pytest.CaptureFixture[str]) -> str:
+    """What asddpg.reproduce says."""
+    capsys.readouterr()
+    reproduce.main([str(dump)])
+    return capsys.readouterr().out
+
+
+@pytest.mark.parametrize("step", [20, 137])  # before the first checkpoint, and after
+@pytest.mark.parametrize(
+    ("fault", "what", "finished"),
+    [
+        (nan_reward, "the reward is nan", 0),
+        (infinite_observation, "the observation holds inf", 0),
+        (nan_action, "Physics state is invalid.*BADCTRL", -1),
+        (huge_velocity, "Physics state is invalid.*BADQ", -1),
+    ],
+)
+def test_a_fault_stops_with_a_sentence_and_is_met_again(
+    fault: Callable[[Faulty, Any], Step],
+    what: str,
+    finished: int,
+    step: int,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    break_at(monkeypatch, step, fault)
+    with pytest.raises(Breakdown, match=f"after step {step + finished} {what}.*asddpg.reproduce run/break") as caught:
+        train.main([*QUICK, "run_dir=run"])
+    assert "\n" not in str(caught.value)
+    (dump,) = Path("run").glob("breakdown_*")
+    said = again(dump, capsys)
+    assert f"it was: after step {step + finished} " in said
+    assert f"again: after step {step + finished} " in said
+    begun = int(said.split("driving from step ")[1].split("\n")[0])
+    assert 60 < begun <= 100 if step > 100 else begun == 0  # the episode in progress at the checkpoint begins there
+
+
+def test_a_log_holds_no_step_that_is_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without the fault the run goes on from its last checkpoint."""
+    run = tmp_path / "run"
+    with monkeypatch.context() as patch:
+        break_at(patch, 137, nan_reward)
+        with pytest.raises(Breakdown):
+            train.main([*QUICK, f"run_dir={run}"])
+    assert "nan" not in (run / "metrics.csv").read_text().lower()
+    train.main([f"resume={run}"])
+    train.main([*QUICK, f"run_dir={tmp_path / 'other'}"])
+    assert (run / "metrics.csv").read_bytes() == (tmp_path / "other/metrics.csv").read_bytes()
+
+
+@pytest.mark.parametrize("memory", [80_000, 200_000])
+def test_too_many_contacts(
+    memory: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """With little room MuJoCo warns, with some more it gives up: both are a breakdown."""
+    monkeypatch.chdir(tmp_path)
+    limit_memory(monkeypatch, memory)
+    break_at(monkeypatch, 60, everything_in_one_place)
+    with pytest.raises(Breakdown, match=r"after step 59 (Physics state is invalid|mj_stackAlloc)") as caught:
+        train.main([*QUICK, "task=nav_gazebo", "validation.every=0", "run_dir=run"])
+    assert "\n" not in str(caught.value)
+    (dump,) = Path("run").glob("breakdown_*")
+    assert "again: after step 59 " in again(dump, capsys)
+
+
+# What is learned --------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("loss", ["critic_loss", "switch_loss", "policy_loss"])
+def test_a_loss_that_is_none(
+    loss: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    real = AsDDPG.learn
+
+    def learn(self: AsDDPG, step: Any) -> Any:
+        learned = real(self, step)
+        return {**learned, loss: torch.tensor(NAN)} if self.steps == 120 else learned
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(AsDDPG, "learn", learn)
+    with pytest.raises(Breakdown, match=f"after step 120 {loss} is nan"):
+        train.main([*QUICK, "run_dir=run"])
+    (dump,) = Path("run").glob("breakdown_*")
+    assert f"again: after step 120 {loss} is nan" in again(dump, capsys)
+
+
+def spoil_weights(patch: pytest.MonkeyPatch, step: int) -> None:
+    """One weight that the losses do not yet tell of."""
+    real = AsDDPG.learn
+
+    def learn(self: AsDDPG, each: Any) -> Any:
+        learned = real(self, each)
+        if self.steps == step:
+            self._target_policy.vector[3] = NAN
+        return learned
+
+    patch.setattr(AsDDPG, "learn", learn)
+
+
+@pytest.mark.parametrize("step", [150, 240])  # a checkpoint's, and the last
+def test_a_weight_that_is_none_is_never_kept(
+    step: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    spoil_weights(monkeypatch, step)
+    with pytest.raises(Breakdown, match=f"after step {step} a weight of target_policy is not finite"):
+        train.main([*QUICK, "run_dir=run"])
+    for path in Path("run/resume").iterdir():
+        for tensor in state_files.read(path)["episodes"]["agent"]["weights"].values():
+            assert bool(torch.isfinite(tensor).all())
+    (dump,) = Path("run").glob("breakdown_*")
+    assert f"again: after step {step} a weight of target_policy is not finite" in again(dump, capsys)
+
+
+def test_a_weight_that_is_none_is_noticed_where_a_user_stops(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    spoil_weights(monkeypatch, 130)
+    with pytest.raises(Breakdown, match="after step 130 a weight of target_policy"):
+        stopped([*QUICK, "run_dir=run"], 130)
+
+
+# Reproducing ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("step", [137, 240])
+def test_what_does_not_break_again_is_told(step: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with monkeypatch.context() as patch:
+        break_at(patch, step, nan_reward)
+        with pytest.raises(Breakdown):
+            train.main([*QUICK, "run_dir=run"])
+    with pytest.raises(Breakdown, match=f"step {step} has passed, and nothing broke"):
+        reproduce.main([f"run/breakdown_{step:08d}"])
+
+
+def test_a_breakdown_explains_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    break_at(monkeypatch, 137, nan_reward)
+    with pytest.raises(Breakdown):
+        train.main([*QUICK, "run_dir=run"])
+    dump = Path("run/breakdown_00000137")
+    assert {path.name for path in dump.iterdir()} == {"config.yaml", "what.json", "resume"}
+    assert [path.name for path in (dump / "resume").iterdir()] == ["step_00000100"]
+    assert yaml.safe_load((dump / "config.yaml").read_text())["total_steps"] == 240
+
+
+@pytest.mark.parametrize("words", [[], ["a", "b"], ["nowhere"], ["."]])
+def test_nothing_to_reproduce(words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UserError, match="breakdown"):
+        reproduce.main(words)

@@ -1,0 +1,385 @@
+"""A run that was stopped goes on as if it had not been, to the last bit."""
+
+import json
+import re
+import shutil
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from datetime import datetime
+from pathlib import Path
+from typing import Any
+
+import pytest
+import torch
+import yaml
+
+from asddpg import train, training
+from asddpg.episodes.evaluation import Figures, evaluate
+from asddpg.errors import UserError
+from asddpg.observers.metrics_log import rows_of
+from asddpg.runs import weights_file
+from tasks.navigation import NavigationConfig
+from tests.support.small_runs import (
+    DRAWING,
+    QUICK,
+    Died,
+    assert_same_recordings,
+    assert_same_run,
+    at_step,
+    die,
+    interrupt,
+    newest_state,
+    scalars,
+    stopped,
+)
+
+KINDS = {
+    "default": [],
+    "everything that draws": DRAWING,
+    "ddpg": ["agent=ddpg"],
+    "a buffer that wraps": [*DRAWING, "agent.buffer_size=60"],
+    "things that can be pushed": ["task=nav_gazebo", "agent.n_steps=5", "record.every=3"],
+}
+
+Unbroken = Callable[[str], Path]
+
+
+@pytest.fixture(scope="module")
+def unbroken(tmp_path_factory: pytest.TempPathFactory) -> Unbroken:
+    """Runs that were not stopped, each made when first asked for; to be read, not written to."""
+    made: dict[str, Path] = {}
+
+    def run(kind: str) -> Path:
+        if kind not in made:
+            made[kind] = tmp_path_factory.mktemp("unbroken") / "run"
+            train.main([*QUICK, *KINDS[kind], f"run_dir={made[kind]}"])
+        return made[kind]
+
+    return run
+
+
+def ends_of_episodes(run: Path) -> list[int]:
+    return [int(row["step"]) for row in rows_of(run / "metrics.csv")]
+
+
+# Where it is stopped ----------------------------------------------------------------------------------------------
+
+
+def test_the_unbroken_run_has_what_is_to_be_tested(unbroken: Unbroken) -> None:
+    run = unbroken("default")
+    assert len(ends_of_episodes(run)) > 6
+    assert len(list((run / "episodes").iterdir())) > 3
+    assert len(rows_of(run / "validation.csv")) == 2
+    assert {tag.split("/")[0] for tag in scalars(run)} == {"train", "validation"}
+
+
+@pytest.mark.parametrize("act", [interrupt, die])
+@pytest.mark.parametrize("place", ["before any checkpoint", "first", "middle", "last", "checkpoint", "end"])
+def test_stopped_anywhere_it_comes_out_the_same(
+    unbroken: Unbroken, place: str, act: Callable[[], None], tmp_path: Path
+) -> None:
+    third, fourth = ends_of_episodes(unbroken("default"))[2:4]
+    step = {"first": third + 1, "middle": fourth - 3, "last": fourth, "checkpoint": 100, "end": 240}.get(place, 30)
+    run = tmp_path / "run"
+    status = stopped([*QUICK, f"run_dir={run}"], step, act)
+    assert status == (130 if act is interrupt else -9)
+    if act is interrupt:
+        assert newest_state(run)["step"] == step
+    train.main([f"resume={run}"])
+    assert_same_run(unbroken("default"), run)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_stopped_again_and_again_it_comes_out_the_same(unbroken: Unbroken, kind: str, tmp_path: Path) -> None:
+    run, ends = tmp_path / "run", ends_of_episodes(unbroken(kind))
+    stopped([*QUICK, *KINDS[kind], f"run_dir={run}"], ends[0] + 2)
+    for step, act in [(ends[2] + 1, interrupt), (161, die), (239, interrupt)]:
+        stopped([f"resume={run}"], step, act)
+    train.main([f"resume={run}"])
+    assert_same_run(unbroken(kind), run)
+
+
+def test_stopped_while_an_episode_is_driven_again(unbroken: Unbroken, tmp_path: Path) -> None:
+    run, end = tmp_path / "run", ends_of_episodes(unbroken("default"))[0]
+    stopped([*QUICK, f"run_dir={run}"], end + 5)
+    stopped([f"resume={run}"], end + 2)  # which lies before the checkpoint: the agent is ahead of it
+    assert [path.name for path in (run / "resume").iterdir()] == [f"step_{end + 5:08d}"]
+    train.main([f"resume={run}"])
+    assert_same_run(unbroken("default"), run)
+
+
+def test_stopped_during_a_validation(unbroken: Unbroken, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def stopping(*arguments: Any) -> Figures:
+        interrupt()
+        return evaluate(*arguments)
+
+    run = tmp_path / "run"
+    monkeypatch.setattr(training, "evaluate", stopping)
+    with pytest.raises(SystemExit) as ended:
+        train.main([*QUICK, f"run_dir={run}"])
+    assert ended.value.code == 130
+    assert not (run / "validation.csv").exists()
+    monkeypatch.undo()
+    train.main([f"resume={run}"])
+    assert_same_run(unbroken("default"), run)
+
+
+def test_stopped_during_the_test_at_the_end(
+    unbroken: Unbroken, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def stopping(*_: object) -> None:
+        raise KeyboardInterrupt
+
+    run = tmp_path / "run"
+    monkeypatch.setattr(train, "test", stopping)
+    with pytest.raises(KeyboardInterrupt):
+        train.main([*QUICK, f"run_dir={run}"])
+    monkeypatch.undo()
+    train.main([f"resume={run}"])
+    assert_same_run(unbroken("default"), run)
+
+
+def test_killed_between_the_last_checkpoint_and_the_last_weights(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    real = weights_file.save
+
+    def save(path: Path, agent: Any, step: int) -> None:
+        if step == 240:
+            raise Died
+        real(path, agent, step)
+
+    run = tmp_path / "run"
+    monkeypatch.setattr(weights_file, "save", save)
+    with pytest.raises(Died):
+        train.main([*QUICK, "validation.every=0", f"run_dir={run}"])
+    monkeypatch.undo()
+    train.main([f"resume={run}"])
+    for name in ("last", "best"):
+        assert torch.load(run / f"checkpoints/{name}/agent.pt", weights_only=True)["step"] == 240
+
+
+def test_a_clock_that_was_set_back_changes_nothing(
+    unbroken: Unbroken, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    run, now = tmp_path / "run", time.time()
+    stopped([*QUICK, f"run_dir={run}"], 120)
+    for step in (130, 170, 240):
+
+        class Back(datetime):
+            """Years ago, and earlier with each resume."""
+
+        back = now - 1e7 * step
+        monkeypatch.setattr(time, "time", lambda back=back: back)
+        with monkeypatch.context() as patch:
+            patch.setattr("asddpg.runs.run_folder.datetime", Back)
+            stopped([f"resume={run}"], step, die)
+    train.main([f"resume={run}"])
+    assert_same_run(unbroken("default"), run)
+
+
+def test_what_was_recorded_and_kept_is_the_same(tmp_path: Path) -> None:
+    """Only the newest recordings are kept, and those of before the resume are among them."""
+    words = [*QUICK, "record.every=1", "record.keep=3", "validation.every=0", "test_episodes=0"]
+    train.main([*words, f"run_dir={tmp_path / 'one'}"])
+    stopped([*words, f"run_dir={tmp_path / 'other'}"], 165)
+    train.main([f"resume={tmp_path / 'other'}"])
+    assert len(list((tmp_path / "one/episodes").iterdir())) == 3
+    assert_same_recordings(tmp_path / "one/episodes", tmp_path / "other/episodes")
+
+
+# What may be asked for --------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("is_over", [False, True])
+def test_total_steps_may_be_raised(is_over: bool, tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    words = [*QUICK, "total_steps=230", "checkpoint_every=46", "validation.every=115"]  # with both at the very end
+    if is_over:
+        train.main([*words, f"run_dir={run}"])
+    else:
+        stopped([*words, f"run_dir={run}"], 125)
+    train.main([f"resume={run}", "total_steps=300"])
+    rows = rows_of(run / "metrics.csv")
+    assert sum(int(row["steps"]) for row in rows) == int(rows[-1]["step"]) == 300
+    assert [int(row["episode"]) for row in rows] == list(range(1, len(rows) + 1))
+    # The old end stays what it was.
+    assert [int(row["step"]) for row in rows[:-1] if row["outcome"] == "cut"] == [230] * is_over
+    config = yaml.safe_load((run / "config.yaml").read_text())
+    assert config["total_steps"] == 300
+    assert config["made_with"]["prolonged"] == f"from 230 to 300 at step {230 if is_over else 125}"
+    validated = [int(row["step"]) for row in rows_of(run / "validation.csv")]
+    assert sorted(path.name for path in run.glob("checkpoints/step_*")) == [f"step_{step:08d}" for step in validated]
+    assert step_of_best(run) in validated
+    assert (run / "test.json").exists()
+    for figures in scalars(run).values():
+        assert len({step for step, _ in figures}) == len(figures)
+
+
+def step_of_best(run: Path) -> int:
+    return int(torch.load(run / "checkpoints/best/agent.pt", weights_only=True)["step"])
+
+
+def test_the_best_weights_are_of_this_past_and_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Weights that a validation after the checkpoint found best are of steps that are made otherwise."""
+    run = tmp_path / "run"
+    rates = [0.5, 1.0]
+
+    def rated(*arguments: Any) -> Figures:
+        figures = evaluate(*arguments)
+        return replace(figures, reach_rate=figures.reach_rate._replace(value=rates.pop(0) if rates else 0.0))
+
+    monkeypatch.setattr(training, "evaluate", rated)
+    stopped([*QUICK, f"run_dir={run}"], 239, die)  # the second validation lies after the checkpoint of step 200
+    first, second = (int(row["step"]) for row in rows_of(run / "validation.csv"))
+    assert first < 200 < second == step_of_best(run)
+    train.main([f"resume={run}", "total_steps=250"])
+    assert step_of_best(run) == first
+
+
+def test_a_run_that_is_prolonged_keeps_what_it_had_come_to(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    train.main(
+        [*QUICK, "checkpoint_every=40", "validation.every=80", f"run_dir={run}"]
+    )  # both fall due in the last step
+    tested, validated = (run / "test.json").read_bytes(), (run / "validation.csv").read_bytes()
+    names = {path.name for path in run.glob("checkpoints/step_*")}
+    assert newest_state(run)["validations"] == 3  # the one after the last step is not made again
+    train.main([f"resume={run}", "total_steps=300"])
+    assert (run / "test_step_00000240.json").read_bytes() == tested
+    assert (run / "validation.csv").read_bytes().startswith(validated)
+    assert {path.name for path in run.glob("checkpoints/step_*")} >= names
+
+
+def test_a_run_that_goes_on_in_another_scene_says_so_for_ever(
+    halfway: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    run = tmp_path / "run"
+    shutil.copytree(halfway, run)
+    config = run / "config.yaml"
+    config.write_text(re.sub("model_hash: .*", "model_hash: 0ld5cene", config.read_text()))
+    train.main([f"resume={run}"])
+    assert "note: it goes on with model_hash" in capsys.readouterr().out
+    made_with = yaml.safe_load(config.read_text())["made_with"]
+    assert made_with["model_hash"] == "0ld5cene"
+    assert made_with["resumed"].startswith("at step")
+    assert "resumed" in json.loads((run / "test.json").read_text())
+
+
+def test_an_episode_that_comes_out_otherwise_is_told(
+    halfway: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It is over before all its steps are made again, as with another processor it might be."""
+    run = tmp_path / "run"
+    shutil.copytree(halfway, run)
+    monkeypatch.setattr(NavigationConfig, "__post_init__", lambda self: setattr(self, "time_limit_steps", 1))
+    train.main([f"resume={run}"])
+    assert "did not come out the same" in "".join(capsys.readouterr())
+
+
+def test_a_folder_that_is_moved_while_it_is_written_ends_the_training(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+
+    def move() -> None:
+        run.rename(tmp_path / "moved")
+
+    with pytest.raises(UserError, match="has been removed or replaced"):
+        stopped([*QUICK, "checkpoint_every=0", f"run_dir={run}"], 60, move)
+
+
+@pytest.fixture(scope="module")
+def halfway(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run that was stopped; to be read, not written to."""
+    run = tmp_path_factory.mktemp("halfway") / "run"
+    stopped([*QUICK, f"run_dir={run}"], 60)
+    return run
+
+
+@pytest.mark.parametrize(
+    ("word", "sentence"),
+    [
+        ("total_steps=100", "raised, not lowered: it has 240"),
+        ("seed=5", "seed= would change the past"),
+        ("agent.n_steps=1", "agent.n_steps= would change the past"),
+        ("record.every=7", "record.every= would change the past"),
+        ("validation.every=7", "validation.every= would change the past"),
+        ("network.widths=[8,8]", "network.widths= would change the past"),
+        ("run_dir=elsewhere", "run_dir= would change the past"),
+        ("agent=ddpg", "agent= would change the past"),
+        ("task=nav_empty", "task= would change the past"),
+        ("reward=sparse", "reward= would change the past"),
+        ("checkpoint_every=-1", "0 or more"),
+        ("port=many", "port.*many"),
+        ("totl_steps=5", "did you mean total_steps"),
+        ("resume=runs/b", "one run at a time"),
+    ],
+)
+def test_other_options_are_refused_by_name(halfway: Path, word: str, sentence: str) -> None:
+    before = {path: path.read_bytes() for path in halfway.rglob("*") if path.is_file()}
+    with pytest.raises(UserError, match=sentence) as caught:
+        train.main([f"resume={halfway}", word])
+    assert "\n" not in str(caught.value)
+    assert before == {path: path.read_bytes() for path in halfway.rglob("*") if path.is_file()}
+
+
+def test_the_same_option_again_is_no_mistake(unbroken: Unbroken, tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    stopped([*QUICK, f"run_dir={run}"], 60)
+    train.main([f"resume={run}", "seed=0", "network.widths=[16,16]", "checkpoint_every=30"])
+    assert (unbroken("default") / "metrics.csv").read_bytes() == (run / "metrics.csv").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("path", "sentence"), [("", "^nothing is not"), ("nowhere", "^nowhere is not"), (".", "is not")]
+)
+def test_nothing_to_go_on_with(path: str, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UserError, match=f"{sentence} the folder of a run"):
+        train.main([f"resume={path}"])
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_finished_run_is_left_alone(unbroken: Unbroken) -> None:
+    with pytest.raises(UserError, match="come to its end; total_steps= above 240 prolongs it"):
+        train.main([f"resume={unbroken('default')}"])
+
+
+@pytest.mark.parametrize("is_over", [False, True])
+def test_without_its_checkpoints_a_run_is_not_begun_anew(is_over: bool, tmp_path: Path) -> None:
+    """All that it holds would be lost."""
+    run = tmp_path / "run"
+    if is_over:
+        train.main([*QUICK, f"run_dir={run}"])
+    else:
+        stopped([*QUICK, f"run_dir={run}"], 130)
+    (run / "resume").rename(tmp_path / "resume")
+    logged = (run / "metrics.csv").read_bytes()
+    with pytest.raises(UserError, match="no checkpoint in .* to go on from; nothing has been changed"):
+        train.main([f"resume={run}", "total_steps=300"])
+    assert (run / "metrics.csv").read_bytes() == logged
+
+
+def test_a_checkpoint_of_another_configuration(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    stopped([*QUICK, f"run_dir={run}"], 60)
+    config = yaml.safe_load((run / "config.yaml").read_text())
+    for section, name, value in [("network", "widths", [8, 8]), ("agent", "buffer_size", 50), ("agent", "name", "x")]:
+        changed = config | {section: config[section] | {name: value}}
+        (run / "config.yaml").write_text(yaml.safe_dump(changed))
+        if name != "name":  # which changes nothing
+            with pytest.raises(UserError, match=r"does not fit its config\.yaml"):
+                train.main([f"resume={run}"])
+
+
+def test_an_error_of_a_resumed_training_is_not_blamed_on_the_checkpoint(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def break_down() -> None:
+        raise ValueError("of a controller of one's own")
+
+    run = tmp_path / "run"
+    stopped([*QUICK, f"run_dir={run}"], 60)
+    at_step(monkeypatch, 70, break_down)
+    with pytest.raises(ValueError, match="of a controller of one's own"):
+        train.main([f"resume={run}"])

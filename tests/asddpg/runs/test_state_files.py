@@ -1,0 +1,245 @@
+"""What is kept for a resume comes back as it was, whatever it is."""
+
+import tempfile
+from collections import deque
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as of_numpy
+
+from asddpg.algorithm.replay import BalancedReplay, ReplayBuffer, Transition
+from asddpg.episodes.protocols import Decision, Driver, Step
+from asddpg.runs import state_files
+from asddpg.runs.history import History, Redriven, remembered
+from asddpg.runs.state_files import DamagedStateError
+from tests.support.small_runs import assert_same_tree
+
+# The same examples each time.
+quick = settings(
+    max_examples=60, deadline=None, derandomize=True, database=None, suppress_health_check=[HealthCheck.too_slow]
+)
+
+
+def round_trip(tree: Any) -> dict[str, Any]:
+    with tempfile.TemporaryDirectory() as folder:
+        state_files.write(Path(folder), tree)
+        return state_files.read(Path(folder))
+
+
+# Trees ------------------------------------------------------------------------------------------------------------
+
+SHAPES = of_numpy.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=5)
+
+
+@st.composite
+def arrays(draw: st.DrawFn) -> np.ndarray[Any, Any]:
+    """Any bits, those of denormal numbers and of every NaN among them."""
+    dtype, shape = (
+        np.dtype(draw(st.sampled_from(["<i1", "<i8", ">u4", "<u8", "<f2", "<f4", ">f8", "<f8"]))),
+        draw(SHAPES),
+    )
+    size = int(np.prod(shape)) * dtype.itemsize
+    return np.frombuffer(draw(st.binary(min_size=size, max_size=size)), dtype).reshape(shape)
+
+
+ARRAYS = st.one_of(arrays(), of_numpy.arrays(bool, SHAPES))
+FLOATS = st.floats(allow_subnormal=False)  # which a training flushes to zero
+LARGE = st.integers(513, 2000).map(lambda size: np.linspace(-1, 1, size, dtype=np.float32))
+TENSORS = st.builds(
+    lambda shape, dtype: torch.full(shape, 3, dtype=dtype),
+    SHAPES,
+    st.sampled_from([torch.float32, torch.float64, torch.uint8, torch.int64, torch.bfloat16]),
+)
+PLAIN = st.one_of(st.none(), st.booleans(), st.integers(-(2**200), 2**200), FLOATS, st.text(), st.sampled_from(Driver))
+# Names that stand for something in the files, in a zip, in NumPy's or in safetensors' own.
+ODD = ["inline array", "array", "tensor", "mapping", "dtype", "shape", "file", "allow_pickle", "__metadata__", "", "."]
+KEYS = st.one_of(st.text(max_size=8), st.sampled_from([*ODD, "a", "a.b", "a.npy", "../a", "a/b", "0"]))
+TREES = st.dictionaries(
+    KEYS,
+    st.recursive(
+        st.one_of(PLAIN, ARRAYS, LARGE, TENSORS),
+        lambda inner: st.one_of(st.lists(inner, max_size=4), st.dictionaries(KEYS, inner, max_size=4)),
+        max_leaves=12,
+    ),
+    max_size=5,
+)
+
+
+@quick
+@given(TREES)
+def test_a_tree_comes_back_to_the_last_bit(tree: dict[str, Any]) -> None:
+    assert_same_tree(unnamed(tree), round_trip(tree), "tree")
+
+
+def unnamed(tree: Any) -> Any:
+    """A driver is a string, and comes back as one."""
+    if isinstance(tree, dict):
+        return {key: unnamed(value) for key, value in tree.items()}
+    if isinstance(tree, list):
+        return [unnamed(value) for value in tree]
+    return str(tree) if isinstance(tree, Driver) else tree
+
+
+@pytest.mark.parametrize("odd", ODD)
+def test_names_that_mean_something_in_the_files(odd: str) -> None:
+    large = np.arange(600)
+    tree = {odd: {odd: [large, torch.ones(2), np.ones(2), {odd: 1}]}, f"{odd}.{odd}": large + 1, f"{odd}.npy": large}
+    assert_same_tree(tree, round_trip(tree), "tree")
+
+
+def test_negative_zero_and_the_smallest_numbers_are_kept() -> None:
+    values = np.array([-0.0, 5e-324, np.nextafter(1, 2), np.finfo(np.float64).max, -np.inf])
+    assert round_trip({"a": values})["a"].tobytes() == values.tobytes()
+
+
+def test_views_and_tensors_that_share_memory() -> None:
+    whole, rows = torch.arange(12.0).reshape(3, 4), np.arange(4000.0).reshape(40, 100)
+    tree = {"a": whole, "b": whole[1], "c": whole.T, "d": rows[::2], "e": rows.T}
+    assert_same_tree(tree, round_trip(tree), "tree")
+
+
+@pytest.mark.parametrize(
+    "value", [object(), {1: 2}, {None: 1}, np.array([object()]), np.array(["a"]), np.float32(1), b"a", {1, 2}]
+)
+def test_what_would_not_come_back_is_refused(value: object, tmp_path: Path) -> None:
+    with pytest.raises(TypeError):
+        state_files.write(tmp_path, {"a": value})
+
+
+# Replay buffers ---------------------------------------------------------------------------------------------------
+
+
+def transition(number: int, by_policy: bool) -> Transition:
+    observation = np.full(3, number, np.float32)
+    action = np.full(2, number, np.float32)
+    return Transition(observation, action, number, -number, 1.0, observation + 1, float(by_policy), action)
+
+
+def buffer(kind: type, capacity: int, seed: int = 0) -> Any:
+    return kind(capacity, 3, 2, np.random.default_rng(seed))
+
+
+@settings(quick, max_examples=25)
+@given(st.integers(1, 9), st.lists(st.booleans(), max_size=40), st.lists(st.booleans(), max_size=30))
+@pytest.mark.parametrize("kind", [ReplayBuffer, BalancedReplay])
+def test_a_replay_buffer_goes_on_as_if_never_kept(
+    kind: type, capacity: int, before: list[bool], after: list[bool]
+) -> None:
+    one, other = buffer(kind, capacity), buffer(kind, capacity, seed=1)
+    for number, by_policy in enumerate(before):
+        one.add(transition(number, by_policy))
+        one.sample(2)
+    other.load_state(round_trip(one.state()))
+    for number, by_policy in enumerate(after):
+        for each in (one, other):
+            each.add(transition(100 + number, by_policy))
+        np.testing.assert_array_equal(one.sample(5), other.sample(5))
+    assert_same_tree(round_trip(one.state()), round_trip(other.state()), "replay")
+
+
+@quick
+@given(st.integers(1, 9), st.integers(0, 40))
+def test_a_ring_holds_the_newest_and_next_is_the_oldest(capacity: int, count: int) -> None:
+    ring = buffer(ReplayBuffer, capacity)
+    for number in range(count):
+        ring.add(transition(number, True))
+    state = ring.state()
+    rows = np.roll(state["rows"], -state["next"], axis=0)[:, 0] if count > capacity else state["rows"][:, 0]
+    assert rows.tolist() == list(range(max(0, count - capacity), count))
+    assert len(ring) == len(rows)
+
+
+@quick
+@given(st.integers(1, 9), st.integers(1, 9), st.integers(0, 20))
+def test_a_ring_of_another_size_is_refused_where_its_order_would_be_lost(kept: int, taken: int, count: int) -> None:
+    one, other = buffer(ReplayBuffer, kept), buffer(ReplayBuffer, taken)
+    for number in range(count):
+        one.add(transition(number, True))
+    if kept == taken or count < min(kept, taken):
+        other.load_state(one.state())
+        other.add(transition(50, True))
+        rows = other.state()["rows"][:, 0]
+        assert 50 in rows
+        assert set(rows) <= {*range(count), 50}
+    else:
+        with pytest.raises(ValueError, match="cannot take"):
+            other.load_state(one.state())
+
+
+# The episode in progress ------------------------------------------------------------------------------------------
+
+NUMBERS = of_numpy.arrays(np.float32, 2, elements=st.floats(-1, 1, width=32, allow_subnormal=False))
+DECISIONS = st.builds(
+    Decision,
+    action=NUMBERS,
+    driver=st.sampled_from(Driver),
+    actor_action=st.none() | NUMBERS,
+    controller_action=st.none() | NUMBERS,
+    noise=st.none() | NUMBERS,
+    q_policy=st.none() | FLOATS,
+    q_controller=st.none() | FLOATS,
+    value=st.none() | FLOATS,
+)
+LEARNED = st.dictionaries(
+    st.sampled_from(["critic_loss", "td_error_policy"]), st.floats(width=32, allow_subnormal=False)
+)
+
+
+class Learner:
+    """An agent that counts what it is asked for."""
+
+    def __init__(self) -> None:
+        self.asked: list[str] = []
+
+    def begin_episode(self) -> None:
+        self.asked.append("begin")
+
+    def decide(self, _: Any) -> Decision:
+        self.asked.append("decide")
+        return Decision(np.zeros(2, np.float32), Driver.POLICY)
+
+    def learn(self, _: Any) -> dict[str, float]:
+        self.asked.append("learn")
+        return {}
+
+
+@quick
+@given(st.lists(st.tuples(DECISIONS, LEARNED), max_size=6))
+def test_an_episode_is_driven_again_as_it_was(steps: list[tuple[Decision, dict[str, float]]]) -> None:
+    history, watched = History(), np.zeros(3, np.float32)
+    history.begin_episode(watched, {})
+    for decision, learned in steps:
+        tensors = {name: torch.tensor(value) for name, value in learned.items()}
+        history.step(Step(watched, decision, 0.0, watched, False, False, {}), tensors)
+    kept = remembered(round_trip({"history": history.state()})["history"])
+    assert len(history) == len(kept) == len(steps)
+
+    caught_up: deque[str] = deque()
+    agent = Learner()
+    again = Redriven(agent, kept, lambda: caught_up.append("caught up"))
+    again.begin_episode()
+    for decision, learned in steps:
+        made = again.decide(watched)
+        for name in Decision.__slots__:
+            assert_same_tree(getattr(decision, name), getattr(made, name), name)
+        assert not caught_up
+        assert_same_tree(learned, dict(again.learn(Step(watched, made, 0.0, watched, False, False, {}))), "learned")
+    assert list(caught_up) == (["caught up"] if steps else [])
+    assert agent.asked == ([] if steps else ["begin"])
+    made = again.decide(watched)
+    again.learn(Step(watched, made, 0.0, watched, False, False, {}))
+    assert agent.asked[-2:] == ["decide", "learn"]
+
+
+def test_files_that_unpack_to_more_than_they_are_are_refused(tmp_path: Path) -> None:
+    """As a stranger may have made them, with right checksums."""
+    state_files.write(tmp_path, {"rows": np.zeros((1000, 1000))})
+    np.savez_compressed(tmp_path / state_files.ARRAYS, np.zeros((1000, 1000)))
+    (tmp_path / state_files.SUMS).write_text(state_files._sums(tmp_path))
+    with pytest.raises(DamagedStateError, match="unpacks to more"):
+        state_files.read(tmp_path)

@@ -1,0 +1,137 @@
+"""Small runs that are stopped, resumed and compared with unbroken ones."""
+
+import json
+import os
+import signal
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import torch
+from tensorboard.backend.event_processing.event_accumulator import EventAccumulator
+
+from asddpg import train
+from asddpg.recording.files.reading import open_recording
+from asddpg.runs import state_files
+from asddpg.training import Training
+
+# A second each: ten episodes, two validations, a checkpoint every 50 steps.
+QUICK = ["task=nav_empty", "total_steps=240", "task.time_limit_steps=30", "checkpoint_every=50", "record.every=2"]
+QUICK += ["agent.learning_starts=40", "agent.batch_size=8", "network.widths=[16,16]", "network.convolutions=none"]
+QUICK += ["validation.every=100", "validation.episodes=1", "test_episodes=1"]
+
+DRAWING = ["agent=astd3", "agent.balanced_batches=true", "agent.n_steps=3", "agent.withdrawal.stretch_steps=7"]
+DRAWING += ["agent.withdrawal.first_share=0.3", "task.laser.noise=1", "task.laser.dropout=0.05"]
+DRAWING += ["task.laser.latency=0.1"]
+
+
+class Died(BaseException):
+    """Stands for the end of a process; nothing catches it."""
+
+
+def die() -> None:
+    raise Died
+
+
+def interrupt() -> None:
+    """As Ctrl-C does."""
+    os.kill(os.getpid(), signal.SIGINT)
+
+
+def at_step(patch: pytest.MonkeyPatch, step: int, act: Callable[[], None]) -> None:
+    """Act after a training step, before what comes after it."""
+    before = Training.keep_if_due
+
+    def keep_if_due(self: Training) -> None:
+        before(self)
+        if self._episodes.step == step:
+            act()
+
+    patch.setattr(Training, "keep_if_due", keep_if_due)
+
+
+def stopped(words: list[str], step: int, act: Callable[[], None] = interrupt) -> int:
+    """Train up to a step and no further; the status that the process would have ended with."""
+    with pytest.MonkeyPatch.context() as patch:
+        at_step(patch, step, act)
+        try:
+            train.main(words)
+        except Died:
+            return -9
+        except SystemExit as ended:
+            return int(str(ended.code))
+    raise AssertionError(f"it has not come to step {step}")
+
+
+def newest_state(run: Path) -> dict[str, Any]:
+    return state_files.read(sorted((run / "resume").glob("step_????????"))[-1])
+
+
+def assert_same_run(one: Path, other: Path) -> None:
+    """All that a run holds is the same to the last bit, but what the clock writes."""
+    for name in ("metrics.csv", "validation.csv"):
+        assert (one / name).read_bytes() == (other / name).read_bytes(), name
+    assert json.loads((one / "test.json").read_text()) == json.loads((other / "test.json").read_text())
+    assert_same_steps(one / "steps.npz", other / "steps.npz")
+    names = sorted(str(path.relative_to(one)) for path in one.glob("checkpoints/*/agent.pt"))
+    assert names == sorted(str(path.relative_to(other)) for path in other.glob("checkpoints/*/agent.pt"))
+    for name in names:
+        assert_same_tree(torch.load(one / name, weights_only=True), torch.load(other / name, weights_only=True), name)
+    states = [newest_state(run) for run in (one, other)]
+    for name in ("agent", "digest"):  # where an episode ends may be told in two ways: as over, or as to be driven again
+        one_part, other_part = (state["episodes"][name] for state in states)
+        assert_same_tree(one_part, other_part, name)
+    assert states[0]["step"] == states[1]["step"]
+    assert states[0]["best"] == states[1]["best"]
+    assert_same_recordings(one / "episodes", other / "episodes")
+    assert scalars(one) == scalars(other)
+
+
+def assert_same_steps(one: Path, other: Path) -> None:
+    with np.load(one) as first, np.load(other) as second:
+        assert list(first) == list(second)
+        for name in first:
+            np.testing.assert_array_equal(first[name], second[name], name)
+
+
+def assert_same_recordings(one: Path, other: Path) -> None:
+    names = sorted(path.name for path in one.iterdir())
+    assert names == sorted(path.name for path in other.iterdir())
+    for name in names:
+        assert said_in(one / name) == said_in(other / name), name
+
+
+def said_in(recording: Path) -> list[tuple[str, int, Any]]:
+    return [
+        (topic, time, content if isinstance(content, dict) else content.SerializeToString(deterministic=True))
+        for topic, time, content in open_recording(recording).messages()
+    ]
+
+
+def assert_same_tree(one: Any, other: Any, place: str) -> None:
+    assert type(one) is type(other), place
+    if isinstance(one, dict):
+        assert list(one) == list(other), place
+        for key in one:
+            assert_same_tree(one[key], other[key], f"{place}.{key}")
+    elif isinstance(one, list):
+        assert len(one) == len(other), place
+        for index, (first, second) in enumerate(zip(one, other, strict=True)):
+            assert_same_tree(first, second, f"{place}.{index}")
+    elif isinstance(one, torch.Tensor):
+        assert one.dtype == other.dtype, place
+        assert torch.equal(one, other), place
+    elif isinstance(one, np.ndarray):
+        assert (one.dtype, one.shape) == (other.dtype, other.shape), place
+        assert one.tobytes() == other.tobytes(), place
+    else:
+        assert one == other or one != one, place
+
+
+def scalars(run: Path) -> dict[str, list[tuple[int, float]]]:
+    """What TensorBoard shows: tag → steps and figures."""
+    reader = EventAccumulator(str(run / "tensorboard"), size_guidance={"scalars": 0})
+    reader.Reload()
+    return {tag: [(event.step, event.value) for event in reader.Scalars(tag)] for tag in reader.Tags()["scalars"]}

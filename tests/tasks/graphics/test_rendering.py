@@ -1,0 +1,166 @@
+"""Pictures: what they need, what is said where it is missing, and where things are on them."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+from types import ModuleType, SimpleNamespace
+
+import mujoco
+import numpy as np
+import pytest
+
+import tasks
+from tasks.errors import TaskError
+from tasks.graphics import gl_context
+from tasks.graphics.rendering import OffscreenRenderer
+from tests.conftest import ROOT
+
+# As if no graphics library were installed: PyOpenGL asks ctypes for all of them.
+WITHOUT_GRAPHICS = """
+import ctypes, ctypes.util
+GRAPHICS = ("EGL", "GL", "OpenGL", "GLU", "GLESv1", "GLESv2", "OSMesa", "glfw")
+def is_graphics(name):
+    return bool(name) and any(str(name).split("/")[-1].startswith(p + s) for g in GRAPHICS for p in (g, "lib" + g)
+                              for s in (".", "_")) or name in GRAPHICS
+find, load = ctypes.util.find_library, ctypes.CDLL.__init__
+def no_load(self, name, *args, **options):
+    if is_graphics(name):
+        raise OSError(f"{name}: cannot open shared object file: No such file or directory")
+    load(self, name, *args, **options)
+ctypes.util.find_library = lambda name: None if is_graphics(name) else find(name)
+ctypes.CDLL.__init__ = no_load
+"""
+
+
+@pytest.mark.slow
+def test_without_graphics_libraries_all_but_pictures_works(tmp_path: Path) -> None:
+    (tmp_path / "sitecustomize.py").write_text(WITHOUT_GRAPHICS)
+    script = tmp_path / "script.py"
+    script.write_text(
+        """
+from asddpg import evaluate, train
+from tasks.errors import TaskError
+
+words = ["agent=controller", "task=nav_empty", "episodes=1", "record.every=1"]
+evaluate.main(words)
+words = ["task=nav_empty", "total_steps=30", "test_episodes=0", "validation.every=0", "record.every=1"]
+train.main([*words, "run_dir=with"])
+try:
+    train.main([*words, "record.cameras=[chase]", "run_dir=without"])
+except TaskError as error:
+    print("SENTENCE", error)
+"""
+    )
+    environment = {name: value for name, value in os.environ.items() if name not in ("MUJOCO_GL", "PYOPENGL_PLATFORM")}
+    for asked_for in ({}, {"MUJOCO_GL": "egl"}):
+        folder = tmp_path / asked_for.get("MUJOCO_GL", "unset")
+        folder.mkdir()
+        done = subprocess.run(
+            [sys.executable, str(script)],
+            cwd=folder,
+            env={**environment, **asked_for, "PYTHONPATH": f"{tmp_path}{os.pathsep}{ROOT}"},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+        (sentence,) = (line for line in done.stdout.splitlines() if line.startswith("SENTENCE"))
+        assert "libegl1 libgl1" in sentence
+        assert "libEGL or libGL is missing" in sentence
+        assert list(folder.glob("evaluated_episodes/*.mcap"))
+        assert list(folder.glob("with/episodes/*.mcap"))
+        assert not (folder / "without").exists()  # said before anything began
+
+
+def fake(name: str, monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, int]]:
+    """A module with a graphics context, by that name; returns the sizes it is asked for."""
+    made: list[tuple[int, int]] = []
+
+    class GLContext:
+        def __init__(self, width: int, height: int) -> None:
+            made.append((width, height))
+
+        def make_current(self) -> None:
+            pass
+
+    module = ModuleType(name)
+    module.GLContext = GLContext  # type: ignore[attr-defined]
+    monkeypatch.setitem(sys.modules, name, module)
+    return made
+
+
+def use(modules: dict[str, str], asked_for: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(gl_context, "MODULES", {"egl": "no_egl", "osmesa": "no_osmesa", "glfw": "no_glfw", **modules})
+    monkeypatch.setattr(gl_context, "_forget_pyopengl", lambda: None)  # the other tests' is loaded
+    monkeypatch.setenv("MUJOCO_GL", asked_for or "")
+
+
+def test_osmesa_stands_in_where_egl_is_not_to_be_had(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = fake("fake_osmesa", monkeypatch)
+    use({"osmesa": "fake_osmesa"}, None, monkeypatch)
+    gl_context.open_context(64, 48)
+    assert made == [(64, 48)]
+    assert os.environ["MUJOCO_GL"] == "osmesa"  # for MuJoCo's library, and for renderers to come
+
+
+def test_what_mujoco_gl_asks_for_is_kept_to(monkeypatch: pytest.MonkeyPatch) -> None:
+    made = fake("fake_osmesa", monkeypatch)
+    use({"osmesa": "fake_osmesa"}, "egl", monkeypatch)
+    with pytest.raises(TaskError, match=r"egl does not work \(No module named 'no_egl'\).*libegl1 libgl1"):
+        gl_context.open_context(64, 48)
+    assert made == []
+
+
+def test_with_neither_the_sentence_is_egl_s(monkeypatch: pytest.MonkeyPatch) -> None:
+    use({}, None, monkeypatch)
+    with pytest.raises(TaskError, match="egl does not work.*libegl1 libgl1"):
+        gl_context.open_context(64, 48)
+    assert not os.environ.get("MUJOCO_GL")
+
+
+def test_a_name_that_renders_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("MUJOCO_GL", "disable")
+    with pytest.raises(TaskError, match="MUJOCO_GL=disable renders no pictures; egl, osmesa, glfw do"):
+        gl_context.open_context(64, 48)
+
+
+def test_a_library_that_lacks_functions_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    def lacking(*_: object) -> None:
+        raise mujoco.FatalError("OpenGL version 1.5 or higher required")
+
+    monkeypatch.setattr("tasks.graphics.rendering.mujoco.MjrContext", lacking)
+    model = mujoco.MjModel.from_xml_string("<mujoco><worldbody><geom size='1'/></worldbody></mujoco>")
+    with pytest.raises(TaskError, match="OpenGL version 1.5 or higher required"):
+        OffscreenRenderer(model, 64, 48)
+
+
+def test_two_renderers_take_turns() -> None:
+    environment = tasks.load("nav_empty", random=0)
+    environment.reset()
+    physics = environment.physics
+    small, large = (OffscreenRenderer(physics.model.ptr, 4 * size, 3 * size) for size in (8, 16))
+    try:
+        first = small.render(physics.data.ptr, "top")
+        assert large.render(physics.data.ptr, "chase").shape == (48, 64, 3)
+        assert np.array_equal(small.render(physics.data.ptr, "top"), first)
+    finally:
+        small.close()
+        large.close()
+
+
+def test_pictures_change_nothing_in_the_simulation() -> None:
+    states = []
+    for is_watched in (False, True):
+        environment = tasks.load("nav_gazebo", random=0)
+        environment.reset()
+        physics = environment.physics
+        renderer = OffscreenRenderer(physics.model.ptr, 32, 24) if is_watched else SimpleNamespace(close=lambda: None)
+        for _ in range(5):
+            environment.step([0.4, 0.3])
+            if isinstance(renderer, OffscreenRenderer):
+                renderer.render(physics.data.ptr, "onboard")
+        renderer.close()
+        states.append(np.concatenate((physics.data.ptr.qpos, physics.data.ptr.qvel, physics.data.ptr.sensordata)))
+    alone, watched = states
+    assert np.array_equal(alone, watched)

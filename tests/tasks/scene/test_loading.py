@@ -1,0 +1,150 @@
+"""A bad scene file is one sentence that names the file, the element and what is expected."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+import tasks
+from tasks import registry
+from tasks.errors import TaskError
+from tasks.physics import Physics
+from tasks.scene.checks import missing_elements
+from tasks.scene.loading import MODELS, TASK_CAMERAS, load_model, model_hash, open_scene, scene_path
+
+BEAMS = '<rangefinder name="range_00" site="ray"/>'
+WHOLE = """<mujoco>
+  <worldbody>
+    <geom name="floor" type="plane" size="1 1 0.1"/>
+    <body name="goal" mocap="true"/>
+    <body name="base"><freejoint name="base"/><geom name="hull" size="0.1"/><site name="ray"/>
+      <body name="left"><joint name="left_wheel"/><geom name="left_wheel" size="0.1"/></body>
+      <body name="right"><joint name="right_wheel"/><geom name="right_wheel" size="0.1"/></body>
+    </body>
+  </worldbody>
+  <actuator><motor name="left_wheel" joint="left_wheel"/><motor name="right_wheel" joint="right_wheel"/></actuator>
+  <sensor><rangefinder name="range_00" site="ray"/></sensor>
+</mujoco>"""
+
+
+def sentence(path: Path, xml: str | None = None) -> str:
+    """What opening a scene says."""
+    if xml is not None:
+        path.write_text(xml)
+    with pytest.raises(TaskError) as caught:
+        open_scene(path)
+    message = str(caught.value)
+    assert str(path) in message
+    assert "\n" not in message
+    return message.replace(str(path), "FILE")
+
+
+def test_the_least_scene_with_a_robot_opens(tmp_path: Path) -> None:
+    path = tmp_path / "least.xml"
+    path.write_text(WHOLE)
+    assert open_scene(path).num_beams == 1
+    with pytest.raises(TaskError, match=r"lacks the camera 'chase', the camera 'top'"):
+        open_scene(path, TASK_CAMERAS)
+
+
+@pytest.mark.parametrize("name", tasks.ALL_TASKS)
+def test_the_scenes_of_the_tasks_open_and_are_the_same_model_as_ever(name: str) -> None:
+    physics = open_scene(scene_path(name), TASK_CAMERAS)
+    assert missing_elements(physics.model.ptr, TASK_CAMERAS) == []
+    assert model_hash(physics.model.ptr) == model_hash(Physics.from_xml_path(str(scene_path(name))).model.ptr)
+
+
+def test_no_such_file(tmp_path: Path) -> None:
+    assert sentence(tmp_path / "none.xml") == "there is no scene file FILE; an MJCF file, .xml, is expected"
+    assert sentence(tmp_path) == "there is no scene file FILE; an MJCF file, .xml, is expected"
+
+
+@pytest.mark.parametrize(
+    ("xml", "expected"),
+    [
+        ("", "FILE cannot be compiled: .*empty file"),
+        ("<mujoco>\n<worldbdy>", "FILE cannot be compiled: .*Line number=2.*worldbdy"),
+        ("<mujoco>\n<geoom/></mujoco>", "unrecognized element, Element 'geoom', line 2"),
+        ("<mujoco><worldbody>\n<geom name='a' type='box'/></worldbody></mujoco>", "geom, Element name 'a', .*line 2"),
+        ("<mujoco>\n<include file='nix.xml'/></mujoco>", "opening file 'nix.xml', Element 'include', line 2"),
+    ],
+)
+def test_what_mujoco_cannot_read_keeps_line_and_element(tmp_path: Path, xml: str, expected: str) -> None:
+    assert re.search(expected, sentence(tmp_path / "bad.xml", xml))
+
+
+def test_a_mistake_in_an_included_file_says_so(tmp_path: Path) -> None:
+    (tmp_path / "room.xml").write_text("<mujoco>\n<worldbody>\n<joom/>\n</worldbody></mujoco>")
+    xml = "<mujoco><include file='room.xml'/></mujoco>"
+    assert "Element 'joom', in a file it includes" in sentence(tmp_path / "bad.xml", xml)
+
+
+@pytest.mark.parametrize("timestep", ["0", "-0.01", "nan", "5"])
+def test_a_timestep_that_makes_no_sense(tmp_path: Path, timestep: str) -> None:
+    xml = WHOLE.replace("<mujoco>", f'<mujoco><option timestep="{timestep}"/>')
+    wanted = "it must be above 0 s and at most 0.02 s"
+    expected = f"the scene FILE has the timestep {float(timestep):g} in its option element, but {wanted}"
+    assert sentence(tmp_path / "bad.xml", xml) == expected
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        ('name="hull"', 'name="hull" pos="nan 0 0"', "the geom 'hull' with pos nan 0 0, but it must be finite"),
+        ('name="hull" size="0.1"', 'name="hull" type="box" mass="1" size="1 1 inf"', "size 1 1 inf"),
+        ('name="goal"', 'name="goal" pos="0 inf 0"', "the body 'goal' with pos 0 inf 0"),
+        ("<worldbody>", '<worldbody><camera pos="nan 0 0"/>', "the camera number 0 with pos nan 0 0, but"),
+    ],
+)
+def test_numbers_that_are_not_finite(tmp_path: Path, old: str, new: str, expected: str) -> None:
+    assert expected in sentence(tmp_path / "bad.xml", WHOLE.replace(old, new, 1))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "missing"),
+    [
+        ('<body name="base">', '<body name="hull">', "body 'base'"),
+        ('<freejoint name="base"/>', "", "free joint 'base' of the body 'base'"),
+        ('<freejoint name="base"/>', '<joint name="base"/>', "free joint 'base' of the body 'base'"),
+        (' mocap="true"', "", "mocap body 'goal'"),
+        ('<motor name="left_wheel"', '<motor name="l"', "actuator 'left_wheel'"),
+        ('<motor name="right_wheel"', '<motor name="r"', "actuator 'right_wheel'"),
+        (BEAMS, "", "rangefinder sensors range_00, range_01, …"),
+        (BEAMS, '<gyro name="range_00" site="ray"/>', "rangefinder sensors range_00, range_01, …"),
+        ('<geom name="floor"', '<geom name="ground"', "geom 'floor'"),
+    ],
+)
+def test_an_element_that_is_missing(tmp_path: Path, old: str, new: str, missing: str) -> None:
+    message = sentence(tmp_path / "bad.xml", WHOLE.replace(old, new))
+    assert message.startswith("the scene FILE lacks the ")
+    assert f"the {missing}" in message
+    assert "pioneer/pioneer.xml brings the robot" in message
+
+
+def test_what_the_physics_finds_names_the_file_too(tmp_path: Path) -> None:
+    between = f'{BEAMS}<gyro name="gyro" site="ray"/>{BEAMS.replace("00", "01")}'
+    assert "one after the other" in sentence(tmp_path / "bad.xml", WHOLE.replace(BEAMS, between))
+
+
+def test_a_scene_without_a_robot_is_still_a_model(tmp_path: Path) -> None:
+    path = tmp_path / "ball.xml"
+    path.write_text("<mujoco><worldbody><geom size='1'/></worldbody></mujoco>")
+    assert load_model(path).ngeom == 1
+
+
+def test_loading_a_task_with_a_broken_scene_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(registry, "scene_path", lambda _: tmp_path / "none.xml")
+    with pytest.raises(TaskError, match=r"there is no scene file .*none\.xml"):
+        tasks.load("nav_empty")
+
+
+@pytest.mark.parametrize("name", ["nav_empty", "nav_gazebo"])
+def test_a_room_that_leaves_no_free_space_is_named(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    full = tmp_path / "full.xml"
+    full.write_text(
+        f'<mujoco><include file="{MODELS}/rooms/common.xml"/><include file="{MODELS}/pioneer/pioneer.xml"/><worldbody>'
+        '<camera name="top"/><geom name="block" type="box" size="4 4 1"/></worldbody></mujoco>'
+    )
+    monkeypatch.setattr(registry, "scene_path", lambda _: full)
+    with pytest.raises(TaskError, match=f"the scene {full} gives no starts and goals: .*free place"):
+        registry.load(name)

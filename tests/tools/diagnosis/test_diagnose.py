@@ -1,0 +1,169 @@
+"""The command as a user types it."""
+
+import json
+import shutil
+import sys
+from pathlib import Path
+
+import pytest
+from PIL import Image
+
+from asddpg import program, train
+from asddpg.build import make_agent, make_environment
+from asddpg.errors import UserError
+from asddpg.runs.run_folder import RunFolder, read_training
+from tests.asddpg.test_commands import read_rows
+from tests.conftest import TINY
+from tools import diagnose
+from tools.diagnose import Wish, weights_of, wish
+
+PLOTS = {"reach.png", "controller_share.png", "q_values.png", "actions.png", "ends.png", "td_errors.png"}
+
+
+@pytest.fixture
+def run(tiny_run: Path, tmp_path: Path) -> Path:
+    """A copy that may be written to."""
+    return Path(shutil.copytree(tiny_run, tmp_path / "run"))
+
+
+def test_a_run_is_diagnosed(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    diagnose.main([f"run={run}", "episodes=2"])
+    assert {path.name for path in (run / "diagnosis").iterdir()} == {*PLOTS, "diagnosis.json"}
+    for name in PLOTS:
+        with Image.open(run / "diagnosis" / name) as picture:
+            assert min(picture.size) > 300
+    found = json.loads((run / "diagnosis/diagnosis.json").read_text())
+    assert [snapshot["step"] for snapshot in found["snapshots"]][-1] == 400
+    assert len(found["snapshots"]) == 2
+    for figures in (found["controller"], *(s[name] for s in found["snapshots"] for name in ("actor", "pair"))):
+        assert sum(figures[f"{name}_rate"]["value"] for name in ("reach", "crash", "timeout")) == pytest.approx(1.0)
+        assert len(figures["ends"]) == figures["episodes"] == 2
+    validated = read_rows(run / "validation.csv")
+    for row, snapshot in zip(validated, found["snapshots"], strict=True):
+        first = snapshot["actor"]["ends"][0]["outcome"]  # training validated on this pair alone
+        assert (int(row["step"]), float(row["reach_rate"])) == (snapshot["step"], first == "reached")
+        assert float(row["crash_rate"]) == (first == "crashed")
+    assert found["controller"]["controller_share"] == 1.0
+    assert {snapshot["actor"]["controller_share"] for snapshot in found["snapshots"]} == {0.0}
+    assert "step 400: actor alone reaches" in capsys.readouterr().out
+
+
+def test_every_second_snapshot_counted_from_the_last(run: Path) -> None:
+    diagnose.main([f"run={run}", "episodes=1", "every=2"])
+    found = json.loads((run / "diagnosis/diagnosis.json").read_text())
+    assert [snapshot["step"] for snapshot in found["snapshots"]] == [400]
+
+
+def test_the_end_of_a_training_that_went_on_after_its_last_snapshot(run: Path) -> None:
+    folder = RunFolder(run)
+    config, _ = read_training(folder.config)
+    agent = make_agent(config, make_environment(config.task, config.reward))
+    first, second = folder.snapshots()
+    last = folder.checkpoint("last")
+    assert weights_of(folder, agent, 1) == [first, second]  # the last snapshot is of the training's end
+    shutil.rmtree(second.parent)
+    assert weights_of(folder, agent, 1) == [first, last]
+    assert weights_of(folder, agent, 2) == [last]
+    diagnose.main([f"run={run}", "episodes=1"])
+    found = json.loads((run / "diagnosis/diagnosis.json").read_text())
+    assert [snapshot["step"] for snapshot in found["snapshots"]][1:] == [400]
+    last.unlink()
+    assert weights_of(folder, agent, 1) == [first]
+
+
+def test_a_training_in_progress_is_diagnosed(run: Path) -> None:
+    (run / "steps.npz").unlink()
+    metrics = run / "metrics.csv"
+    metrics.write_bytes(metrics.read_bytes()[:-30])
+    diagnose.main([f"run={run}", "episodes=1"])
+    assert {path.name for path in (run / "diagnosis").glob("*.png")} == PLOTS
+
+
+def test_a_damaged_step_log_is_told_before_the_driving(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(diagnose, "Examination", None)  # whoever drives fails
+    (run / "steps.npz").write_bytes(b"half a log")
+    with pytest.raises(UserError, match=r"steps\.npz is damaged"):
+        diagnose.main([f"run={run}"])
+
+
+def test_ddpg_has_neither_pair_nor_controller(tmp_path: Path) -> None:
+    run = tmp_path / "run"
+    train.main(["task=nav_empty", "agent=ddpg", *TINY, "total_steps=200", f"run_dir={run}"])
+    diagnose.main([f"run={run}", "episodes=1"])
+    assert {path.name for path in (run / "diagnosis").glob("*.png")} == PLOTS - {"controller_share.png"}
+    found = json.loads((run / "diagnosis/diagnosis.json").read_text())
+    assert found["controller"] is None
+    (snapshot,) = found["snapshots"]
+    assert snapshot["q_actor"] is not None
+    assert {snapshot[name] for name in ("pair", "q_policy", "q_pair", "q_controller")} == {None}
+
+
+def test_an_older_run_is_diagnosed_from_what_it_has(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    for path in run.glob("checkpoints/step_*"):
+        shutil.rmtree(path)
+    (run / "steps.npz").unlink()
+    diagnose.main([f"run={run}", "episodes=1"])
+    printed = capsys.readouterr().out
+    assert "kept no snapshots" in printed
+    assert "steps.npz" in printed
+    found = json.loads((run / "diagnosis/diagnosis.json").read_text())
+    training = found["training"]
+    assert (len(found["snapshots"]), training["by_distance"], training["by_place"]) == (1, [], [])
+    assert training["windows"]["driven"]
+
+
+def test_a_run_without_weights(run: Path) -> None:
+    shutil.rmtree(run / "checkpoints")
+    with pytest.raises(UserError, match="neither snapshots nor a last checkpoint"):
+        diagnose.main([f"run={run}"])
+    assert not (run / "diagnosis").exists()
+
+
+def test_a_damaged_snapshot_is_named(run: Path) -> None:
+    path = RunFolder(run).snapshots()[0]
+    path.write_bytes(b"half a snapshot")
+    with pytest.raises(UserError, match=f"{path.parent.name}.*damaged or not a checkpoint"):
+        diagnose.main([f"run={run}", "episodes=1"])
+
+
+def test_words_and_their_defaults() -> None:
+    assert wish(["run=a/b"]) == Wish("a/b", every=1, episodes=50)
+    assert wish(["episodes=7", "run=a=b", "every=3"]) == Wish("a=b", every=3, episodes=7)
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ([], "run=<run_dir>"),
+        (["run="], "run=<run_dir>"),
+        (["runs/mine"], "'runs/mine' is not an option of the form name=value"),
+        (["rnu=x"], "no option 'rnu'; there are run, every, episodes"),
+        (["run=x", "run=y"], "run is given twice, as x and y"),
+        (["run=x", "episodes=51"], "episodes must be a whole number from 1 to 50, not '51'"),
+        (["run=x", "episodes=0"], "from 1 to 50, not '0'"),
+        (["run=x", "every=half"], "every must be a whole number .* not 'half'"),
+        (["run=pretrained:nav_complex"], "needs the folder of a training run, .* pretrained:nav_complex has none"),
+        (["run=nowhere"], "nowhere is not the folder of a run"),
+    ],
+)
+def test_wrong_words_are_one_sentence(
+    words: list[str], sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(UserError, match=sentence) as caught:
+        diagnose.main(words)
+    assert "\n" not in str(caught.value)
+
+
+def test_without_matplotlib_one_sentence_says_what_to_install(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setitem(sys.modules, "matplotlib", None)  # as if it were not installed
+    with pytest.raises(UserError, match=r"pip install matplotlib"):
+        diagnose.main([f"run={run}"])
+
+
+def test_help_needs_no_run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(sys, "argv", ["diagnose", "-h"])
+    program.run(diagnose.main, str(diagnose.__doc__))
+    printed = capsys.readouterr().out
+    for name in ("run=", "every=", "episodes=", "docs/instruments.md"):
+        assert name in printed

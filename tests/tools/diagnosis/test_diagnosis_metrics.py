@@ -1,0 +1,181 @@
+"""Figures of episodes and of a training, on cases that can be counted by hand."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from asddpg.config import TaskConfig
+from asddpg.errors import UserError
+from tools.diagnosis.drive_metrics import End, driven, judged
+from tools.diagnosis.returns import Tail
+from tools.diagnosis.rollouts import Rollout
+from tools.diagnosis.run_diagnosis import as_json
+from tools.diagnosis.step_metrics import (
+    read_steps,
+    shares_by_distance,
+    shares_by_place,
+    shares_over_training,
+)
+from tools.diagnosis.training_metrics import training_of, windows_of
+
+FULL = np.pi / 3
+
+
+def rollout(
+    outcome: str, actions: list[tuple[float, float]], places: list[tuple[float, float]] | None = None
+) -> Rollout:
+    count = len(actions)
+    return Rollout(
+        outcome=outcome,
+        goal=(3.0, 4.0),
+        places=np.array(places if places else [(0.0, 0.0)] * (count + 1)),
+        observations=np.zeros((count, 124), dtype=np.float32),
+        actions=np.array(actions),
+        by_controller=np.arange(count) % 2 == 0,
+        rewards=np.ones(count),
+    )
+
+
+def test_actions_are_told_apart() -> None:
+    actions = [(0.5, 0.0), (0.0, 0.0), (0.0, FULL), (0.25, -FULL)]
+    figures = driven([rollout("reached", actions), rollout("crashed", actions)], TaskConfig())
+    assert figures.saturated_v == 0.75
+    assert figures.saturated_omega == 0.5
+    assert figures.standing == 0.25
+    assert figures.circling == 0.25
+    assert figures.controller_share == 0.5
+    assert figures.nowhere is None  # no episode lasts 5 s
+    assert figures.ends[1] == End("crashed", 0.0, 0.0, 5.0)
+    assert (figures.reach_rate.value, figures.crash_rate.value, figures.timeout_rate.value) == (0.5, 0.5, 0.0)
+
+
+def test_still_is_relative_to_the_least_speed() -> None:
+    actions = [(0.05, 0.0), (0.08, 0.0), (0.09, FULL), (0.12, FULL)]
+    figures = driven([rollout("timeout", actions)], TaskConfig(min_linear_velocity=0.05))
+    assert (figures.standing, figures.circling, figures.saturated_v) == (0.25, 0.25, 0.25)
+    from_zero = driven([rollout("timeout", actions)], TaskConfig())
+    assert (from_zero.standing, from_zero.circling) == (0.0, 0.0)
+
+
+def test_who_circles_slowly_gets_nowhere_too() -> None:
+    angles = np.arange(51) * 0.2
+    circle = np.stack([0.1 * np.cos(angles), 0.1 * np.sin(angles)], axis=1)
+    straight = np.stack([np.arange(51) * 0.1, np.zeros(51)], axis=1)
+    both = [rollout("timeout", [(0.1, 1.0)] * 50, list(map(tuple, way.tolist()))) for way in (circle, straight)]
+    assert driven(both[:1], TaskConfig()).nowhere == 1.0
+    assert driven(both, TaskConfig()).nowhere == 0.5
+    assert driven(both[:1], TaskConfig()).circling == 0.0
+
+
+def test_q_is_held_against_what_followed() -> None:
+    three_steps = rollout("reached", [(0.5, 0.0)] * 3)
+    found = judged(np.array([2.75, 1.5, 1.0]), [three_steps], 0.5, Tail(-8.0, 8.0))
+    assert found.bias == pytest.approx((2.75 - 1.75) / 3)
+    assert found.bias_low == found.bias_high == found.bias
+    assert (found.states, found.left_out) == (3, 0)
+
+
+def test_the_time_limit_makes_an_interval_of_the_bias() -> None:
+    broken_off = rollout("timeout", [(0.5, 0.0)] * 3)
+    found = judged(np.array([1.75, 100.0, 100.0]), [broken_off], 0.5, Tail(-8.0, 8.0))
+    assert (found.states, found.left_out) == (1, 2)
+    assert (found.bias_low, found.bias, found.bias_high) == (-1.0, 0.0, 1.0)
+    nothing = judged(np.array([1.0]), [rollout("timeout", [(0.5, 0.0)])], 0.5, Tail(-8.0, 8.0))
+    assert (nothing.states, nothing.bias, nothing.bins) == (0, None, [])
+
+
+def test_a_critic_that_diverged_can_still_be_written() -> None:
+    found = as_json(judged(np.array([np.nan, np.inf]), [rollout("reached", [(0.5, 0.0)] * 2)], 0.5, Tail(-8.0, 8.0)))
+    assert found["mean_q"] is found["bias"] is None
+    assert found["mean_return"] == 1.25
+    json.dumps(found, allow_nan=False)
+
+
+def test_windows_of_training(tmp_path: Path) -> None:
+    path = tmp_path / "metrics.csv"
+    shares, errors = [1, 1, 1, 1, 1, 0, 0, 0, 0, 0], ["1", "2", "3", "4", "", "", "", "", "", ""]
+    rows = [f"{10 * n},10,{share},{error}" for n, share, error in zip(range(1, 11), shares, errors, strict=True)]
+    path.write_text("\n".join(["step,steps,controller_share,td_error_policy", *rows]) + "\n")
+    windows = windows_of(path)
+    assert windows.steps == [25.0, 75.0]
+    assert windows.driven == [1.0, 0.0]
+    assert windows.td_policy == [2.5, None]
+    assert windows.td_controller == [None, None]  # a column that older runs have not
+
+
+@pytest.mark.parametrize("unfinished", ["60", "60,10", "60,10,0.5,0.2"])
+def test_a_row_that_is_just_being_written_is_left_out(unfinished: str, tmp_path: Path) -> None:
+    path = tmp_path / "metrics.csv"
+    rows = [f"{10 * n},10,0,1.0" for n in range(1, 6)]
+    path.write_text("\r\n".join(["step,steps,controller_share,td_error_policy", *rows, ""]), newline="")
+    whole = windows_of(path)
+    path.write_text(path.read_text() + unfinished)
+    assert windows_of(path) == whole
+    assert whole.steps == [25.0]
+
+
+@pytest.mark.parametrize("content", ["step,steps\n1\n", "step,steps\n1,one\n", "step,steps\nnan,1\n", "other\n1\n"])
+def test_damaged_metrics_are_one_sentence(content: str, tmp_path: Path) -> None:
+    path = tmp_path / "metrics.csv"
+    path.write_text(content)
+    with pytest.raises(UserError, match=r"metrics\.csv is damaged"):
+        windows_of(path)
+    path.unlink()
+    with pytest.raises(UserError, match=r"metrics\.csv cannot be read: No such file"):
+        windows_of(path)
+
+
+def test_a_damaged_step_log_is_one_sentence(tmp_path: Path) -> None:
+    path = tmp_path / "steps.npz"
+    np.savez_compressed(path, **logged())  # type: ignore[arg-type]
+    whole = path.read_bytes()
+    assert set(read_steps(path)) == set(logged())
+    for damaged in (b"", b"no archive", whole[:-40], whole[:200] + bytes(100) + whole[300:]):
+        path.write_bytes(damaged)
+        with pytest.raises(UserError, match=r"steps\.npz is damaged"):
+            read_steps(path)
+    for wrong in ({"x": np.zeros(3)}, {**logged(), "x": np.zeros(3)}):
+        np.savez(path, **wrong)
+        with pytest.raises(UserError, match=r"steps\.npz is damaged"):
+            read_steps(path)
+
+
+def test_a_training_that_has_hardly_begun_has_no_figures(tmp_path: Path) -> None:
+    (tmp_path / "metrics.csv").write_text("step,steps,controller_share\r\n18,1", newline="")
+    nothing = {name: array[:0] for name, array in logged().items()}
+    np.savez(tmp_path / "steps.npz", **nothing)  # type: ignore[arg-type]
+    found = training_of(tmp_path / "metrics.csv", tmp_path / "steps.npz")
+    assert found.windows.driven == [None]
+    assert (found.preferred.steps, found.by_place) == ([], [])
+
+
+def logged() -> dict[str, np.ndarray[tuple[int, ...], np.dtype[np.float32]]]:
+    """Near the goal the switch prefers the controller, which drives in the first half alone."""
+    count = 400
+    near = np.arange(count) % 2 == 1
+    steps = {
+        "x": np.where(near, 0.1, -0.1),
+        "y": np.zeros(count),
+        "distance": np.where(near, 0.7, 2.2),
+        "by_controller": np.where(near & (np.arange(count) < count / 2), 1.0, 0.0),
+        "q_policy": np.where(near, -1.0, 1.0),
+        "q_controller": np.zeros(count),
+    }
+    return {name: values.astype(np.float32) for name, values in steps.items()}
+
+
+def test_shares_by_distance_and_place() -> None:
+    quarters = shares_by_distance(logged())
+    assert [quarter.distances for quarter in quarters] == [[0.75, 2.25]] * 4
+    assert [quarter.driven for quarter in quarters] == [[1.0, 0.0]] * 2 + [[0.0, 0.0]] * 2
+    assert [quarter.preferred for quarter in quarters] == [[1.0, 0.0]] * 4
+    cells = {(cell.x, cell.y): (cell.steps, cell.driven, cell.preferred) for cell in shares_by_place(logged())}
+    assert cells == {(-0.2, 0.2): (50, 0.0, 0.0), (0.2, 0.2): (50, 0.0, 1.0)}
+
+
+def test_what_the_switch_prefers_over_training() -> None:
+    found = shares_over_training(logged())
+    assert found.shares == [0.5] * 40
+    assert found.steps[:2] == [5.0, 15.0]

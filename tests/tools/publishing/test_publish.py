@@ -1,0 +1,305 @@
+"""From a run to a pretrained policy that is evaluated by name: the same actions, whole files, sentences."""
+
+import copy
+import dataclasses
+import json
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from safetensors import safe_open
+from safetensors.torch import load_file, save_file
+
+from asddpg import evaluate, train
+from asddpg.build import make_agent, make_environment
+from asddpg.command_line import train_config
+from asddpg.config import TaskConfig
+from asddpg.episodes.protocols import Observation
+from asddpg.errors import UserError
+from asddpg.runs import pretrained, weights_file
+from asddpg.runs.loading import open_trained
+from asddpg.runs.pretrained import PretrainedFolder, load_policy, open_pretrained
+from asddpg.runs.run_folder import RunFolder, read_training
+from tests.support import pretrained_checks
+from tools import publish
+from tools.publishing.card import _snippet
+from tools.publishing.command_arguments import words_of
+
+WORDS = ["task=nav_empty", "agent=asddpg_paper", "reward=sparse", "network=fc2x100", "controller.gains=[2,1.5]"]
+WORDS += ["agent.actor_learning_rate=1e-05", "agent.annealing=0.5", "exploration.decay=0"]
+SHORT = ["total_steps=300", "agent.learning_starts=100", "test_episodes=3", "validation.every=200"]
+SHORT += ["validation.episodes=1", "seed=3"]
+
+
+@pytest.fixture(scope="module")
+def finished_run(tmp_path_factory: pytest.TempPathFactory) -> RunFolder:
+    folder = tmp_path_factory.mktemp("runs") / "run"
+    train.main([*WORDS, *SHORT, f"run_dir={folder}"])
+    return RunFolder(folder)
+
+
+@pytest.fixture(autouse=True)
+def shelf(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """An empty place for pretrained policies, and an empty present folder."""
+    monkeypatch.setattr(pretrained, "FOLDER", tmp_path / "models" / "pretrained")
+    (tmp_path / "here").mkdir()
+    monkeypatch.chdir(tmp_path / "here")
+    return tmp_path / "models" / "pretrained"
+
+
+@pytest.fixture(scope="module")
+def published_once(finished_run: RunFolder, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("pretrained")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pretrained, "FOLDER", folder)
+        publish.main([f"run={finished_run.path}", "name=mine", "episodes=3"])
+    return folder
+
+
+@pytest.fixture
+def published(published_once: Path, shelf: Path) -> PretrainedFolder:
+    """A published policy of this test's own."""
+    shutil.copytree(published_once, shelf)
+    return open_pretrained("mine")
+
+
+def observations(count: int) -> Iterator[Observation]:
+    rng = np.random.default_rng(0)
+    for _ in range(count):
+        yield rng.uniform(-1.0, 1.0, 124).astype(np.float32)
+
+
+@pytest.mark.usefixtures("published")
+def test_a_published_policy_does_what_the_checkpoint_does(finished_run: RunFolder) -> None:
+    config, _ = read_training(finished_run.config)
+    environment = make_environment(config.task, config.reward)
+    trained, shipped = make_agent(config, environment), make_agent(config, environment)
+    assert weights_file.load(finished_run.checkpoint("last"), trained) == 300
+    assert open_trained("pretrained:mine").load_into(shipped) == 300
+    policy = load_policy("mine")
+    assert policy.step == 300
+    for observation in observations(200):
+        action = policy.act(observation)
+        assert action.dtype == np.float32
+        np.testing.assert_array_equal(action, trained.act(observation))
+        one, other = trained.decide_greedily(observation), shipped.decide_greedily(observation)
+        assert (one.q_policy, one.q_controller, one.value) == (other.q_policy, other.q_controller, other.value)
+
+
+def test_its_files(published: PretrainedFolder) -> None:
+    pretrained_checks.check_files(published)
+    pretrained_checks.check_nothing_but_tensors(published)
+    pretrained_checks.check_the_cards_command(published)
+    assert pretrained_checks.run_the_cards_snippet(published)["policy"].config.seed == 3
+
+
+def test_its_figures_are_the_runs(finished_run: RunFolder, published: PretrainedFolder) -> None:
+    tested, of_the_run = json.loads(published.test.read_text()), json.loads(finished_run.test.read_text())
+    assert tested["actor"] == of_the_run["last"]
+    assert set(tested) >= {"switch", "controller", "model_hash", "failures"}
+    assert len(tested["outcomes"]) == 3
+    assert f"| {tested['actor']['reach_rate']['value']:.3f} [" in published.card.read_text()
+
+
+def test_same_weights_same_bytes(finished_run: RunFolder, published: PretrainedFolder) -> None:
+    publish.main([f"run={finished_run.path}", "name=again", "episodes=1"])
+    assert open_pretrained("again").weights.read_bytes() == published.weights.read_bytes()
+
+
+@pytest.mark.parametrize("words", [[], ["driver=switch"], ["task=nav_simple"], ["seed=1"]])
+def test_evaluating_by_name(published: PretrainedFolder, words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+    capsys.readouterr()
+    evaluate.main(["run=pretrained:mine", "episodes=2", *words])
+    printed = capsys.readouterr().out
+    assert "pretrained:mine (step 300)" in printed
+    assert "note:" not in printed
+    assert json.loads(Path("evaluation.json").read_text())["episodes"] == 2
+    assert len(list(published.path.iterdir())) == 4
+
+
+def test_another_scene_is_noted(published: PretrainedFolder, capsys: pytest.CaptureFixture[str]) -> None:
+    _, made_with = read_training(published.config)
+    published.config.write_text(published.config.read_text().replace(made_with["model_hash"], "0123456789abcdef"))
+    evaluate.main(["run=pretrained:mine", "episodes=1"])
+    assert "note: the scene's model is not the one" in capsys.readouterr().out
+
+
+@pytest.mark.usefixtures("published")
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        (["run=pretrained:yours"], "no pretrained policy 'yours'; there are mine"),
+        (["run=pretrained:../mine"], "there are mine"),
+        (["run=pretrained:mine", "checkpoint=best"], "one set of weights"),
+        (["run=pretrained:mine", "controller.gains=[1,2]"], "brings its own controller"),
+    ],
+)
+def test_wrong_names(words: list[str], sentence: str) -> None:
+    with pytest.raises(UserError, match=sentence):
+        evaluate.main([*words, "episodes=1"])
+    assert not list(Path.cwd().iterdir())
+
+
+def test_where_there_is_none() -> None:
+    with pytest.raises(UserError, match="there are none yet"):
+        load_policy("nav_complex")
+
+
+def test_damaged_weights(published: PretrainedFolder) -> None:
+    weights = load_file(published.weights)
+    content = published.weights.read_bytes()
+    for damaged in (b"", b"nonsense", content[: len(content) // 2], content + b"more"):
+        published.weights.write_bytes(damaged)
+        with pytest.raises(UserError, match="damaged or not a policy"):
+            load_policy("mine")
+    save_file(weights, published.weights)
+    with pytest.raises(UserError, match="damaged or not a policy"):
+        load_policy("mine")
+    torch.save(weights, published.weights)
+    with pytest.raises(UserError, match="damaged or not a policy"):
+        load_policy("mine")
+
+
+def test_weights_of_another_network(published: PretrainedFolder) -> None:
+    published.config.write_text(published.config.read_text().replace("- 100\n  - 100\n", "- 64\n  - 64\n"))
+    with pytest.raises(UserError, match="another shape"):
+        evaluate.main(["run=pretrained:mine", "episodes=1"])
+
+
+def test_an_agent_with_other_bounds_of_its_actions(published: PretrainedFolder) -> None:
+    """The weights would fit: how fast they drive is not in them."""
+    slower = published.config.read_text().replace("max_linear_velocity: 0.5", "max_linear_velocity: 0.4")
+    published.config.write_text(slower)
+    with pytest.raises(UserError, match=r"another shape .*action_high \[0\.5, 1\.04\d+\] instead of \[0\.4\d+, 1\.04"):
+        evaluate.main(["run=pretrained:mine", "episodes=1"])
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"widths": []},
+        {"widths": [-1, 5]},
+        {"widths": ["a", "b"]},
+        {"widths": 3},
+        {"scan_shape": [3, 2]},
+        {"scan_shape": [3]},
+        {"observation_size": None},
+        {"action_low": [0.0]},
+        {"widths": [64, 64]},
+    ],
+)
+def test_a_header_that_describes_no_network(change: dict[str, object], published: PretrainedFolder) -> None:
+    header = _header(published)
+    header["shape"] |= change
+    save_file(load_file(published.weights), published.weights, {"asddpg_policy": json.dumps(header)})
+    with pytest.raises(UserError, match="damaged|another shape") as caught:
+        load_policy("mine")
+    assert "\n" not in str(caught.value)
+
+
+def _header(folder: PretrainedFolder) -> dict[str, dict[str, object]]:
+    with safe_open(folder.weights, framework="pt") as file:
+        header: dict[str, dict[str, object]] = json.loads(file.metadata()["asddpg_policy"])
+    return header
+
+
+@pytest.mark.usefixtures("published")
+def test_an_observation_of_another_shape() -> None:
+    with pytest.raises(ValueError, match=r"\(124,\), not \(1, 124\)"):
+        load_policy("mine").act(np.zeros((1, 124), dtype=np.float32))
+
+
+@pytest.mark.usefixtures("published")
+def test_loading_leaves_the_global_generator_alone() -> None:
+    before = torch.random.get_rng_state()
+    load_policy("mine")
+    assert torch.equal(before, torch.random.get_rng_state())
+
+
+def test_nothing_is_overwritten_unasked(finished_run: RunFolder, published: PretrainedFolder) -> None:
+    before = published.card.read_text()
+    words = [f"run={finished_run.path}", "name=mine", "episodes=1", "checkpoint=best"]
+    with pytest.raises(UserError, match="overwrite=true"):
+        publish.main(words)
+    assert published.card.read_text() == before
+    publish.main([*words, "overwrite=true"])
+    assert "`best`" in published.card.read_text()
+    assert [path.name for path in published.path.parent.iterdir()] == ["mine"]
+
+
+def test_nothing_is_left_half_written(finished_run: RunFolder, shelf: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(publish, "LARGEST", 1000)
+    with pytest.raises(UserError, match=r"0\.\d MB"):
+        publish.main([f"run={finished_run.path}", "name=mine", "episodes=1"])
+    assert not list(shelf.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("words", "sentence"),
+    [
+        ([], "which run under which name"),
+        (["run={run}"], "which run under which name"),
+        (["run={run}", "name=../x"], "small letters"),
+        (["run={run}", "name=x", "checkpoint=first"], "last or best"),
+        (["run={run}", "name=x", "overwrite=yes"], "true or false"),
+        (["run={run}", "name=x", "episodes=201"], "from 1 to 200"),
+        (["run={run}", "name=x", "nmae=x"], "no option 'nmae'; there are run, name"),
+        (["run={run}", "name=x", "name=y"], "name is given twice, as x and y"),
+        (["run={run}", "x"], "form name=value"),
+        (["run=nowhere", "name=x"], "not the folder of a run"),
+        (["run=pretrained:x", "name=y"], "not the folder of a run"),
+    ],
+)
+def test_wrong_words(words: list[str], sentence: str, finished_run: RunFolder, shelf: Path) -> None:
+    with pytest.raises(UserError, match=sentence):
+        publish.main([word.format(run=finished_run.path) for word in words])
+    assert not shelf.exists()
+
+
+def test_a_run_that_is_not_finished(finished_run: RunFolder, tmp_path: Path, shelf: Path) -> None:
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run/config.yaml").write_bytes(finished_run.config.read_bytes())
+    with pytest.raises(UserError, match="not finished"):
+        publish.main([f"run={tmp_path / 'run'}", "name=x"])
+    assert not shelf.exists()
+
+
+@pytest.mark.parametrize("text", ["", "{", "[]", "{}", '{"training_seconds": null}', '{"training_seconds": "x"}'])
+def test_damaged_resources_are_one_sentence(text: str, finished_run: RunFolder, tmp_path: Path, shelf: Path) -> None:
+    (tmp_path / "run").mkdir()
+    (tmp_path / "run/config.yaml").write_bytes(finished_run.config.read_bytes())
+    (tmp_path / "run/resources.json").write_text(text)
+    with pytest.raises(UserError, match=r"resources\.json is damaged"):
+        publish.main([f"run={tmp_path / 'run'}", "name=x"])
+    assert not shelf.exists()
+
+
+def test_the_card_says_how_the_seed_was_chosen_and_the_training_is_left_as_it_was(
+    finished_run: RunFolder, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    opened = open_trained(str(finished_run.path))
+    monkeypatch.setattr(publish, "open_trained", lambda *_: opened)
+    before = copy.deepcopy(opened.config)
+    publish.main([f"run={finished_run.path}", "name=noted", "episodes=1", "note=Seed 3 of five,\n  mean 0.95."])
+    assert "\n\nSeed 3 of five, mean 0.95.\n" in open_pretrained("noted").card.read_text()
+    assert opened.config == before
+    assert before.run_dir is not None
+
+
+def test_words_name_what_differs_and_no_more() -> None:
+    config = train_config([*WORDS, *SHORT, "run_dir=somewhere"])
+    words = words_of(config)
+    assert dataclasses.replace(config, run_dir=None) == train_config(words)
+    assert words[:4] == ["task=nav_empty", "agent=asddpg_paper", "reward=sparse", "network=fc2x100"]
+    assert set(words[4:]) >= {"controller.gains=[2.0,1.5]", "agent.actor_learning_rate=1e-05", "seed=3"}
+    assert words_of(train_config(["task=nav_complex"])) == ["task=nav_complex"]
+    assert words_of(train_config(["task=nav_complex", "device=cuda:0"])) == ["task=nav_complex", "device=cuda:0"]
+
+
+def test_a_task_of_ones_own_settings_has_its_own_snippet() -> None:
+    snippet = _snippet("mine", TaskConfig(name="nav_empty", time_limit_steps=40))
+    assert "make_environment(policy.config.task, policy.config.reward)" in snippet
+    compile(snippet, "card", "exec")

@@ -1,0 +1,281 @@
+"""Recordings that were cut off, by a kill or otherwise, and what is saved of them."""
+
+import os
+import random
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+from mcap.reader import make_reader
+
+from asddpg.errors import UserError
+from asddpg.recording.files.reading import open_recording
+from asddpg.recording.recorder import BATCH_STEPS
+from tests.conftest import ROOT, TINY
+from tests.node.make_recordings import CUT_AFTER, left_behind
+from tests.support.counting_controller import COUNT
+from tests.support.recordings import changed, evaluated
+from tools import episodes, recover, replay_episode
+from tools.recordings.contents import Contents
+
+# A process -------------------------------------------------------------------------------------------------------
+
+
+def killed_training(folder: Path, seconds: float) -> int:
+    """Let a training be killed some time after its first episode; the steps that it had decided."""
+    count = folder / "count"
+    words = ["task=nav_complex", *TINY[1:], "total_steps=100000", "record.every=1", "record.keep=100000"]
+    words += ["validation.every=0", "controller.type=tests.support.counting_controller:CountingController"]
+    environment = {**os.environ, "PYTHONPATH": str(ROOT), COUNT: str(count)}
+    command = [sys.executable, "-m", "asddpg.train", *words, f"run_dir={folder / 'run'}"]
+    with (folder / "log").open("wb") as log:
+        training = subprocess.Popen(command, env=environment, cwd=folder, stdout=log, stderr=log)
+        try:
+            deadline = time.monotonic() + 120
+            while not list(folder.glob("run/episodes/*.mcap")):
+                assert training.poll() is None, (folder / "log").read_text()
+                assert time.monotonic() < deadline
+                time.sleep(0.02)
+            time.sleep(seconds)
+            assert training.poll() is None, (folder / "log").read_text()
+        finally:
+            training.kill()
+            training.wait()
+    return count.stat().st_size
+
+
+def check_killed(folder: Path, seconds: float, capsys: pytest.CaptureFixture[str]) -> None:
+    decided = killed_training(folder, seconds)
+    recordings = folder / "run/episodes"
+    for part in recordings.glob("*.part"):
+        stem = part.name.removesuffix(".mcap.part")
+        if not list(recordings.glob(f"{stem}_*.mcap")) and open_recording_has_steps(part):
+            recover.main([str(part)])
+        assert part.exists()
+    saved = sum(len(open_recording(path).steps()) for path in recordings.glob("*.mcap"))
+    assert decided - BATCH_STEPS <= saved <= decided
+    capsys.readouterr()
+    replay_episode.main([str(recordings)])
+    out = capsys.readouterr().out
+    assert out.count("the same to the last bit") == len(list(recordings.glob("*.mcap")))
+
+
+def open_recording_has_steps(part: Path) -> bool:
+    """Whether a step was brought to the disk before the kill."""
+    try:
+        return bool(open_recording(part).steps())
+    except UserError:  # killed before the beginning was whole
+        return False
+
+
+def test_a_killed_training_loses_the_last_steps_at_most(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    check_killed(tmp_path, 0.4, capsys)
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("seed", range(20))
+def test_killed_at_random_moments(tmp_path: Path, capsys: pytest.CaptureFixture[str], seed: int) -> None:
+    check_killed(tmp_path, random.Random(seed).uniform(0.0, 3.0), capsys)
+
+
+# A file ----------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def part(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    return left_behind(tmp_path_factory.mktemp("killed"))
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A whole one, of more than two of zstd's blocks."""
+    words = ("agent=controller", "task=nav_gazebo", "episodes=4")
+    return max(evaluated(tmp_path_factory.mktemp("evaluated"), *words), key=lambda path: path.stat().st_size)
+
+
+def test_a_part_becomes_a_complete_recording(part: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    target = tmp_path / "new.mcap"
+    before = part.read_bytes()
+    recover.main([str(part), str(target)])
+    assert "20 steps saved, cut, in" in capsys.readouterr().out
+    assert part.read_bytes() == before
+    whole = open_recording(next((part.parent / "whole").glob("*.mcap")))
+    found = open_recording(target)
+    assert found.facts == whole.facts
+    assert found.config == whole.config
+    assert found.steps() == whole.steps()[: CUT_AFTER - CUT_AFTER % BATCH_STEPS]
+    for topic in ("/tf", "/scan", "/odom", "/step", "/cmd_vel", "/scene", "/goal"):
+        # As text: each file brings protobuf classes of its own.
+        saved, written = ([(each.time, str(each.content)) for each in file.messages(topic)] for file in (found, whole))
+        assert saved
+        assert saved == written[: len(saved)]
+    outcome = found.outcome()
+    assert (outcome["outcome"], outcome["steps"], outcome["controller_share"]) == ("cut", 20, 0.0)
+    assert outcome["total_reward"] == pytest.approx(sum(step["reward"] for step in found.steps()))
+    assert outcome["path_length"] < 0.1
+    *_, path = found.messages("/path")
+    assert [len(line.points) for line in path.content.entities[0].lines] == [21]
+    *_, log = found.messages("/log")
+    assert f"recovered from {part.name}" in log.content.message
+
+
+def test_the_new_file_is_indexed_and_compressed(part: Path, tmp_path: Path) -> None:
+    recover.main([str(part), str(tmp_path / "new.mcap")])
+    with (tmp_path / "new.mcap").open("rb") as file:
+        reader = make_reader(file, validate_crcs=True)
+        summary = reader.get_summary()
+        assert summary is not None
+        assert summary.statistics is not None
+        assert summary.statistics.message_count == sum(1 for _ in reader.iter_messages())
+        assert {index.compression for index in summary.chunk_indexes} == {"zstd"}
+        assert summary.attachment_indexes
+        assert summary.metadata_indexes
+    assert (tmp_path / "new.mcap").stat().st_size < part.stat().st_size / 2
+
+
+def test_a_path_is_as_long_as_it_was(recording: Path, tmp_path: Path) -> None:
+    def unended(contents: Contents) -> None:
+        (number,) = (channel.id for channel in contents.channels.values() if channel.topic == "/outcome")
+        contents.messages = [each for each in contents.messages if each.channel_id != number]
+
+    cut = changed(recording, tmp_path / "00.mcap", unended)
+    cut.write_bytes(cut.read_bytes()[:-1])
+    recover.main([str(cut)])
+    recovered, original = open_recording(tmp_path / "00_cut.mcap").outcome(), open_recording(recording).outcome()
+    for name in ("steps", "total_reward", "controller_share"):
+        assert recovered[name] == pytest.approx(original[name])
+    assert recovered["path_length"] == pytest.approx(original["path_length"], rel=0.01)
+
+
+def test_wherever_a_file_ends_whole_steps_are_saved(part: Path, tmp_path: Path) -> None:
+    whole = part.read_bytes()
+    steps = open_recording(part).steps()
+    saved = []
+    for size in [*range(len(whole) * 4 // 5, len(whole), 331), len(whole)]:  # the last ten steps take a quarter
+        source, target = tmp_path / f"{size}.mcap.part", tmp_path / f"{size}_cut.mcap"
+        source.write_bytes(whole[:size])
+        assert open_recording(source).steps() == steps[: len(open_recording(source).steps())]
+        recover.main([str(source)])
+        found = open_recording(target)
+        saved.append(len(found.steps()))
+        assert found.steps() == steps[: saved[-1]]
+        assert len(list(found.messages("/tf"))) == len(list(found.messages("/scan"))) == saved[-1] + 1
+    assert saved == sorted(saved)
+    assert saved[0] < saved[-1]
+
+
+def test_a_truncated_compressed_file_gives_what_was_written(
+    recording: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    whole = recording.read_bytes()
+    steps = open_recording(recording).steps()
+    half = tmp_path / "00_reached.mcap"
+    half.write_bytes(whole[: len(whole) * 3 // 5])
+    recover.main([str(half)])
+    saved = open_recording(tmp_path / "00_cut.mcap").steps()
+    assert saved == steps[: len(saved)]
+    assert 5 < len(saved) < len(steps)
+    end = tmp_path / f"01_{open_recording(recording).outcome()['outcome']}.mcap"
+    end.write_bytes(whole[:-1])
+    capsys.readouterr()
+    recover.main([str(end)])
+    (complete,) = tmp_path.glob("01_recovered_*.mcap")
+    assert open_recording(complete).outcome() == open_recording(recording).outcome()
+    replay_episode.main([str(tmp_path / "00_cut.mcap"), str(complete)])
+    half.unlink()
+    end.unlink()
+    episodes.main([str(tmp_path)])
+    assert "2 recordings" in capsys.readouterr().out
+
+
+def test_wrong_bytes_are_not_taken_for_right_ones(recording: Path, tmp_path: Path) -> None:
+    whole = recording.read_bytes()
+    steps = open_recording(recording).steps()
+    for begin in range(2000, len(whole) - 5000, 1500):
+        source = tmp_path / f"{begin}.mcap"
+        source.write_bytes(whole[:begin] + bytes(byte ^ 0x55 for byte in whole[begin : begin + 3]) + whole[begin + 3 :])
+        try:
+            recover.main([str(source), str(tmp_path / f"{begin}_new.mcap")])
+        except UserError as error:
+            assert "recover" in str(error)  # noqa: PT017
+            continue
+        saved = open_recording(tmp_path / f"{begin}_new.mcap").steps()
+        assert saved == steps[: len(saved)]
+
+
+def test_a_part_reads_like_the_file_it_would_have_become(part: Path) -> None:
+    whole = open_recording(next((part.parent / "whole").glob("*.mcap")))
+    # As text: each file brings protobuf classes of its own.
+    read, written = (
+        [(each.topic, each.time, str(each.content)) for each in file.messages()]
+        for file in (open_recording(part), whole)
+    )
+    assert len(read) > 100
+    scene, *others = read  # which the part holds ahead of everything else
+    assert scene in written[:10]
+    written.remove(scene)
+    assert others == written[: len(others)]
+
+
+@pytest.mark.parametrize(("old", "new"), [(b'"num_bodies"', b'"num_bodieX"'), (b"[3,40]", b"[3,9]9")])
+def test_a_journal_that_does_not_say_how_to_read_it_is_a_sentence(
+    part: Path, tmp_path: Path, old: bytes, new: bytes
+) -> None:
+    source = tmp_path / "00.mcap.part"
+    assert old in part.read_bytes()
+    source.write_bytes(part.read_bytes().replace(old, new.ljust(len(old))[: len(old)]))
+    assert open_recording(source).steps() == []
+    with pytest.raises(UserError, match="holds no whole step"):
+        recover.main([str(source)])
+
+
+# What goes wrong -------------------------------------------------------------------------------------------------
+
+
+def test_nothing_is_overwritten(part: Path, tmp_path: Path) -> None:
+    there = tmp_path / "there.mcap"
+    there.write_text("mine")
+    with pytest.raises(UserError, match="exists already; name another file"):
+        recover.main([str(part), str(there)])
+    assert there.read_text() == "mine"
+
+
+def test_a_full_disk_leaves_nothing(part: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(path: Path, data: bytes) -> int:
+        with path.open("wb") as file:
+            file.write(data[:100])
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Path, "write_bytes", full)
+    with pytest.raises(UserError, match="cannot be written: No space left on device"):
+        recover.main([str(part), str(tmp_path / "new.mcap")])
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_what_cannot_be_recovered_is_a_sentence(part: Path, recording: Path, tmp_path: Path) -> None:
+    def of_others(contents: Contents) -> None:
+        contents.metadata, contents.attachments = [], []
+
+    whole = part.read_bytes()
+    (tmp_path / "empty.mcap.part").write_bytes(b"")
+    (tmp_path / "begun.mcap.part").write_bytes(whole[:300])
+    (tmp_path / "text.mcap").write_text("a text\n" * 100)
+    at_goal = whole.index(b"/cmd_vel")
+    (tmp_path / "stepless.mcap.part").write_bytes(whole[:at_goal])
+    for words, sentence in (
+        ([], "recover what"),
+        ([tmp_path / "none.mcap.part"], "cannot be read: No such file"),
+        ([tmp_path], "cannot be read: Is a directory"),
+        ([tmp_path / "empty.mcap.part"], "nothing of .* can be recovered, its beginning is not whole"),
+        ([tmp_path / "begun.mcap.part"], "nothing of .* can be recovered, its beginning is not whole"),
+        ([tmp_path / "text.mcap"], "nothing of .* can be recovered, its beginning is not whole"),
+        ([tmp_path / "stepless.mcap.part"], "holds no whole step"),
+        ([recording], "is whole, there is nothing to recover"),
+        ([changed(recording, tmp_path / "others.mcap", of_others)], "a recording of another program"),
+        ([part, tmp_path / "new.txt"], "must end in .mcap"),
+        ([part, tmp_path / "nowhere" / "new.mcap"], "cannot be written: No such file"),
+    ):
+        with pytest.raises(UserError, match=sentence):
+            recover.main([str(word) for word in words])

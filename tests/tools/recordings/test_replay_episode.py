@@ -1,0 +1,156 @@
+"""Recorded episodes, run again as a user does."""
+
+import dataclasses
+import gzip
+import itertools
+import shutil
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from asddpg import train
+from asddpg.build import controller_for, make_environment, watched
+from asddpg.command_line import train_config
+from asddpg.episodes.drivers import FixedDriver
+from asddpg.episodes.loop import run_episode
+from asddpg.episodes.protocols import Decision, Driver, Observation
+from asddpg.errors import UserError
+from asddpg.recording.files.reading import open_recording
+from asddpg.recording.recorder import Provenance, Recorder, Selection, each
+from asddpg.runs.run_folder import config_text
+from asddpg.train import hash_of
+from tests.conftest import TINY
+from tests.support.recordings import changed, evaluated, with_steps
+from tools import replay_episode
+from tools.recordings.contents import Contents
+
+
+@pytest.fixture(scope="module")
+def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    (path,) = evaluated(tmp_path_factory.mktemp("evaluated"), "agent=controller", "task=nav_gazebo", "episodes=1")
+    return path
+
+
+@pytest.mark.parametrize("words", [("run=pretrained:nav_complex",), ("agent=controller", "task=nav_office")])
+def test_an_evaluation_happens_again(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: tuple[str, ...]
+) -> None:
+    paths = evaluated(tmp_path, *words, "episodes=2")
+    capsys.readouterr()
+    replay_episode.main([str(paths[0].parent)])
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) == len(paths) == 2
+    assert all("the same to the last bit over" in line for line in lines)
+
+
+def test_a_training_with_noise_and_other_constants_happens_again(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    words = ["task=nav_gazebo", *TINY[1:], "total_steps=150", "task.laser.noise=1", "task.control_timestep=0.1"]
+    train.main([*words, "record.every=1", f"run_dir={tmp_path / 'run'}"])
+    paths = sorted((tmp_path / "run/episodes").iterdir())
+    assert paths[-1].name.endswith("_cut.mcap")  # the steps were used up
+    capsys.readouterr()
+    replay_episode.main([str(tmp_path / "run/episodes")])
+    out = capsys.readouterr().out
+    assert out.count("the same to the last bit") == len(paths)
+    assert ", cut\n" in out
+
+
+def test_an_episode_whose_goal_was_moved_happens_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    config = train_config(["task=nav_empty"])
+    environment = make_environment(config.task, config.reward)
+    inner = watched(environment)
+    settings = config_text(dataclasses.asdict(config), {})
+    facts = {"task": "nav_empty", "model_hash": hash_of(environment)}
+    recorder = Recorder(tmp_path, inner, Provenance(settings, facts), Selection(each(1)), print)
+    controller = controller_for(environment, config.controller)
+    count = itertools.count()
+
+    def decide(observation: Observation) -> Decision:
+        if next(count) == 7:
+            observation = inner.set_goal(-2.0, -1.0)
+        return Decision(controller.act(observation), Driver.CONTROLLER)
+
+    run_episode(environment, FixedDriver(decide), (recorder,), options={"start": (0, 0, 0), "goal": (1.5, 0.2)})
+    replay_episode.main([str(tmp_path)])
+    assert "the same to the last bit" in capsys.readouterr().out
+    assert open_recording(next(tmp_path.iterdir())).outcome()["outcome"] == "reached"
+
+
+def differing(capsys: pytest.CaptureFixture[str], path: Path) -> str:
+    with pytest.raises(SystemExit) as ended:
+        replay_episode.main([str(path)])
+    assert ended.value.code == 1
+    return capsys.readouterr().out
+
+
+def test_the_first_step_that_differs_is_told(
+    tmp_path: Path, recording: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def slower(step: dict[str, Any]) -> None:
+        step["action"]["v"] = 0.25 if step["step"] == 7 else step["action"]["v"]
+
+    path = changed(recording, tmp_path / "tampered.mcap", with_steps(slower))
+    assert "the first to differ is step 7" in differing(capsys, path)
+
+
+def test_another_outcome_is_told(tmp_path: Path, recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    def never_ended(contents: Contents) -> None:
+        for message in contents.messages:
+            for outcome in (b'"reached"', b'"crashed"'):
+                message.data = message.data.replace(outcome, b'"timeout"')
+
+    out = differing(capsys, changed(recording, tmp_path / "other.mcap", never_ended))
+    assert "in the end, timeout in the recording" in out
+
+
+def test_what_cannot_be_run_again_is_a_sentence(tmp_path: Path, recording: Path) -> None:
+    def other_scene(contents: Contents) -> None:
+        contents.metadata[0].metadata["model_hash"] = "0" * 16
+
+    def other_task(contents: Contents) -> None:
+        config = gzip.decompress(contents.attachments[0].data)
+        contents.attachments[0].data = gzip.compress(config.replace(b"nav_gazebo", b"nav_cellar"))
+
+    def other_option(contents: Contents) -> None:
+        config = gzip.decompress(contents.attachments[0].data)
+        contents.attachments[0].data = gzip.compress(config.replace(b"goal_radius", b"goal_size"))
+
+    cases: list[tuple[Any, str]] = [
+        (other_scene, "has changed since"),
+        (other_task, "names no task of this version: 'nav_cellar'"),
+        (other_option, "not a configuration of this version"),
+        (with_steps(lambda step: step.pop("digest")), "no digest"),
+    ]
+    for number, (change, sentence) in enumerate(cases):
+        path = changed(recording, tmp_path / f"{number}.mcap", change)
+        with pytest.raises(UserError, match=sentence):
+            replay_episode.main([str(path)])
+
+
+def test_one_damaged_file_does_not_stop_the_others(
+    tmp_path: Path, recording: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "a.mcap").write_bytes(recording.read_bytes()[:5000])
+    with pytest.raises(SystemExit) as ended:
+        replay_episode.main([str(tmp_path), str(recording)])
+    assert ended.value.code == 2
+    said = capsys.readouterr()
+    assert "is no whole recording" in said.err
+    assert "the same to the last bit" in said.out
+
+
+def test_wrong_words(tmp_path: Path, recording: Path) -> None:
+    below = tmp_path / "some" / "where"
+    below.mkdir(parents=True)
+    shutil.copy(recording, below)
+    for words, sentence in (
+        ([], "run what again"),
+        (["nowhere.mcap"], "there is no file or folder nowhere.mcap"),
+        ([str(tmp_path)], "there are no recordings"),
+        ([str(tmp_path)], f"there are some in {below}"),
+    ):
+        with pytest.raises(UserError, match=sentence):
+            replay_episode.main(words)

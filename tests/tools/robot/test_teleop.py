@@ -1,0 +1,136 @@
+"""Driving by keyboard without a screen."""
+
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from asddpg.errors import UserError
+from tasks.constants import MAX_ANGULAR_VELOCITY, MAX_LINEAR_VELOCITY
+from tasks.registry import definition_of
+from tasks.scene.loading import open_scene
+from tools import teleop
+from tools.robot import viewer
+from tools.robot.pacing import LATE, Pace
+from tools.robot.scene_argument import ROBOT_SCENE, scene_file
+from tools.robot.teleop_keys import ANGULAR_STEP, BACKSPACE, DOWN, LEFT, LINEAR_STEP, RIGHT, SPACE, UP, Teleop
+from tools.teleop import Drive
+
+
+def drive_of(task: str) -> Drive:
+    physics = open_scene(scene_file(task))
+    return Drive(physics, definition_of(task).rule(physics.model.ptr))
+
+
+def test_each_arrow_adds_its_step_and_space_stops() -> None:
+    keys = Teleop()
+    for key, expected in (
+        (UP, (LINEAR_STEP, 0.0)),
+        (LEFT, (LINEAR_STEP, ANGULAR_STEP)),
+        (DOWN, (0.0, ANGULAR_STEP)),
+        (RIGHT, (0.0, 0.0)),
+        (RIGHT, (0.0, -ANGULAR_STEP)),
+        (ord("W"), (0.0, -ANGULAR_STEP)),
+        (SPACE, (0.0, 0.0)),
+    ):
+        keys.press(key)
+        assert tuple(keys.command) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize(
+    ("key", "back", "limit"),
+    [
+        (UP, DOWN, (MAX_LINEAR_VELOCITY, 0.0)),
+        (DOWN, UP, (-MAX_LINEAR_VELOCITY, 0.0)),
+        (LEFT, RIGHT, (0.0, MAX_ANGULAR_VELOCITY)),
+        (RIGHT, LEFT, (0.0, -MAX_ANGULAR_VELOCITY)),
+    ],
+)
+def test_commands_stay_within_the_limits_and_come_back_to_rest(key: int, back: int, limit: tuple[float, float]) -> None:
+    keys = Teleop()
+    for _ in range(20):
+        keys.press(key)
+    assert tuple(keys.command) == pytest.approx(limit)
+    assert abs(keys.command.linear) <= MAX_LINEAR_VELOCITY
+    assert abs(keys.command.angular) <= MAX_ANGULAR_VELOCITY
+    presses = 0
+    while tuple(keys.command) != (0.0, 0.0):
+        keys.press(back)
+        presses += 1
+    assert presses in (5, 6)
+
+
+def test_keys_drive_the_robot_and_backspace_brings_it_back() -> None:
+    driven = drive_of("nav_complex")
+    goal = driven.physics.goal()
+    assert driven.frame <= 0.2
+    for _ in range(5):
+        driven.press(UP)
+    for _ in range(round(1.4 / driven.frame)):
+        driven.advance()
+    readings = driven.readings()
+    assert 0.4 < driven.physics.pose().x < 0.75
+    assert readings["v"].endswith("asked +0.50")
+    assert readings["crashed"] == "no"
+    driven.press(BACKSPACE)
+    assert driven.physics.pose().x == 0.0
+    assert tuple(driven.teleop.command) == (0.0, 0.0)
+    assert driven.physics.goal() != goal
+
+
+def test_a_crash_is_shown() -> None:
+    driven = drive_of("nav_empty")
+    for _ in range(5):
+        driven.press(UP)
+    for _ in range(round(9.0 / driven.frame)):
+        driven.advance()
+    assert driven.readings()["crashed"] == "yes"
+
+
+def test_the_robots_own_scene_begins_in_its_keyframe() -> None:
+    driven = Drive(open_scene(ROBOT_SCENE))
+    assert driven.readings()["to the goal"] == "2.00 m"
+
+
+def test_no_screen_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(viewer, "_opens_window", lambda _: False)
+    with pytest.raises(UserError, match="needs a screen.*xvfb-run") as caught:
+        teleop.main(["nav_empty"])
+    assert "\n" not in str(caught.value)
+
+
+def test_a_scene_without_the_robot_is_shown_only(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shown: list[Any] = []
+    monkeypatch.setattr(teleop, "check_screen", lambda: None)
+    monkeypatch.setattr(teleop, "look", shown.append)
+    path = tmp_path / "ball.xml"
+    path.write_text("<mujoco><worldbody><geom size='1'/></worldbody></mujoco>")
+    teleop.main([str(path)])
+    assert len(shown) == 1
+    assert "lacks the body 'base': it has no Pioneer to drive" in capsys.readouterr().out
+
+
+def test_wrong_words() -> None:
+    for words in ([], ["nav_empty", "nav_simple"]):
+        with pytest.raises(UserError, match="name one scene: nav_empty"):
+            teleop.main(words)
+
+
+def test_the_pace_catches_up_and_lets_long_delays_go(monkeypatch: pytest.MonkeyPatch) -> None:
+    now = [10.0]
+
+    def sleep(seconds: float) -> None:
+        now[0] += seconds
+
+    monkeypatch.setattr("tools.robot.pacing.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("tools.robot.pacing.time.sleep", sleep)
+    pace, done = Pace(0.02), 0
+    for drawing in (0.001, 0.015, 0.1, 0.03, 0.001, 0.2):
+        done += pace.wait()
+        now[0] += drawing
+    assert done == pytest.approx((now[0] - 0.2 - 10.0) / 0.02, abs=1.1)
+    now[0] += 60.0
+    assert pace.wait() == LATE / 0.02
+    assert pace.wait() == 1

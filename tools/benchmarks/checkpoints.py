@@ -1,0 +1,69 @@
+"""What checkpoints cost: CPU of writing one, as a share of the CPU of the training steps between two."""
+
+import shutil
+import tempfile
+import time
+from pathlib import Path
+
+import numpy as np
+
+from asddpg.build import make_agent, make_environment, prepare_torch
+from asddpg.command_line import train_config
+from asddpg.observers.step_log import COLUMNS
+from asddpg.runs import append_only_logs
+from asddpg.runs.checkpoints import TrainingStates
+from asddpg.runs.resumable import ResumableEpisodes
+from asddpg.runs.run_folder import RunFolder
+
+ROUNDS, STEPS = 5, 400
+
+
+def checkpoint() -> None:
+    """Print the share, with a full replay buffer and logs as long as it, and the room on the disk."""
+    prepare_torch()
+    config = train_config(["task=nav_complex"])
+    environment = make_environment(config.task, config.reward)
+    agent = make_agent(config, environment)
+    episodes = ResumableEpisodes(environment, agent, config.seed, print)
+    _fill(episodes, config.agent.buffer_size)
+    steps, writes, walls = [], [], []
+    with tempfile.TemporaryDirectory() as path:
+        folder = RunFolder(Path(path))
+        states = TrainingStates(folder.training_states)
+        np.zeros((config.agent.buffer_size, len(COLUMNS)), np.float32).tofile(folder.step_rows)
+        _drive(episodes, STEPS)  # to warm up
+        for round_ in range(ROUNDS):
+            steps.append(_drive(episodes, STEPS))
+            begun, wall = time.process_time(), time.perf_counter()
+            states.write(round_, {"episodes": episodes.state(), "files": append_only_logs.lengths(folder.path)})
+            writes.append(time.process_time() - begun)
+            walls.append(time.perf_counter() - wall)
+        room = sum(file.stat().st_size for file in states.paths()[-1].iterdir())
+        free = shutil.disk_usage(path).free
+    share = np.median(writes) / (np.median(steps) * config.checkpoint_every)
+    print(f"{config.agent.buffer_size} transitions: {room / 1e6:.0f} MB, of {free / 1e9:.0f} GB free; two are kept")
+    print(f"{np.median(writes) * 1e3:.0f} ms of CPU, {np.median(walls) * 1e3:.0f} ms on the clock a checkpoint")
+    print(f"{np.median(steps) * 1e3:.2f} ms of CPU a training step, {config.checkpoint_every} steps between two")
+    print(f"share {share:.2%} (bar: at most 2 %; rounds {_shares(writes, steps, config.checkpoint_every)})")
+
+
+def _fill(episodes: ResumableEpisodes, count: int) -> None:
+    """Give the agent a full replay buffer, of numbers like those of scans."""
+    state = episodes.state()
+    width = state["agent"]["replay"]["rows"].shape[1]
+    rows = np.random.default_rng(0).uniform(-0.5, 0.5, (count, width)).astype(np.float32)
+    state["agent"]["replay"] |= {"rows": rows, "next": 0}
+    episodes.load_state(state)
+
+
+def _drive(episodes: ResumableEpisodes, steps: int) -> float:
+    """CPU seconds a training step."""
+    begun, done = time.process_time(), episodes.steps
+    while episodes.steps - done < steps:
+        episodes.drive_episode([], max_steps=steps - (episodes.steps - done))
+    return (time.process_time() - begun) / steps
+
+
+def _shares(writes: list[float], steps: list[float], every: int) -> str:
+    shares = [write / (step * every) for write, step in zip(writes, steps, strict=True)]
+    return f"{min(shares):.2%} to {max(shares):.2%}"

@@ -1,0 +1,73 @@
+"""What recording costs: CPU a step and room on the disk."""
+
+import dataclasses
+import tempfile
+import time
+from pathlib import Path
+
+import gymnasium
+import numpy as np
+
+from asddpg.build import make_agent, make_environment, prepare_torch, watched
+from asddpg.episodes.drivers import FixedDriver, with_switch
+from asddpg.episodes.loop import run_episode
+from asddpg.recording.files.reading import open_recording
+from asddpg.recording.recorder import Recorder, Selection, each
+from asddpg.runs.loading import open_trained
+from asddpg.runs.run_folder import config_text
+from asddpg.train import provenance_of, versions
+from tasks.evaluation_pairs import stored_pairs
+from tasks.room_geometry.held_out import Pair
+
+TASK = "nav_complex"
+PAIRS, ROUNDS = 20, 11
+
+
+def recording() -> None:
+    """Print CPU a step with a recorder beyond that without, and how large recordings are."""
+    prepare_torch()
+    trained = open_trained(f"pretrained:{TASK}")
+    environment = make_environment(trained.config.task, trained.config.reward)
+    agent = make_agent(trained.config, environment)
+    trained.load_into(agent)
+    driver = with_switch(agent)
+    pairs = stored_pairs(TASK, "test", trained.config.task.goal_radius)[:PAIRS]
+    made_with = versions()
+    settings = config_text(dataclasses.asdict(trained.config), made_with)
+    provenance = provenance_of(trained.config, settings, made_with)
+    with tempfile.TemporaryDirectory() as folder:
+        recorder = Recorder(Path(folder), watched(environment), provenance, Selection(each(1)), print)
+        costs: list[list[float]] = []
+        for _ in range(1 + ROUNDS):  # the first one warms up
+            episodes = [_cost(environment, driver, pair, recorder) for pair in pairs]
+            costs.append([cost for cost, _ in episodes])
+            steps = [count for _, count in episodes]
+        sizes = [(open_recording(path).outcome()["steps"], path.stat().st_size) for path in Path(folder).iterdir()]
+    own = np.median(costs[1:], axis=0) * 1e6  # of each episode, us
+    print(
+        f"{sum(own) / sum(steps):.0f} us of CPU a step (bar: under 80), files and all, in episodes of "
+        f"{np.mean(steps):.0f} steps on average"
+    )
+    counts, room = np.array(sizes, dtype=float).T
+    per_step, per_episode = np.polyfit(counts, room, 1)
+    print(f"{per_episode / 1000:.2f} kB an episode and {per_step:.0f} bytes a step (bar: under 15 kB and 450 bytes)")
+    print(
+        f"{np.mean(room) / 1000:.1f} kB an episode of {np.mean(counts):.0f} steps on average; at the bar "
+        f"{(15_000 + 450 * np.mean(counts)) / 1000:.1f} kB"
+    )
+
+
+def _cost(environment: gymnasium.Env, driver: FixedDriver, pair: Pair, recorder: Recorder) -> tuple[float, int]:
+    """CPU seconds that recording an episode took beyond driving it, and its steps."""
+    without, _ = _drive(environment, driver, pair, ())
+    with_recorder, steps = _drive(environment, driver, pair, (recorder,))
+    return with_recorder - without, steps
+
+
+def _drive(
+    environment: gymnasium.Env, driver: FixedDriver, pair: Pair, observers: tuple[Recorder, ...]
+) -> tuple[float, int]:
+    """CPU seconds and steps."""
+    begun = time.process_time()
+    episode = run_episode(environment, driver, observers, options={"start": pair.start, "goal": pair.goal})
+    return time.process_time() - begun, episode.steps

@@ -1,0 +1,1 @@
+"""What snapshots and logs of a run say of its actor."""

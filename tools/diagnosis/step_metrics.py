@@ -1,0 +1,137 @@
+"""Figures of a training from its log of steps: who drove and whom the switch preferred, by time, place, distance.
+
+The schedule (agent.withdrawal) withdraws the controller whatever the switch says, so the two are told apart: `driven`,
+the steps that the controller drove, and `preferred`, those where the switch valued it above the policy.
+"""
+
+import zipfile
+import zlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import numpy.typing as npt
+
+from asddpg.errors import UserError
+from asddpg.runs.safe_loading import check_packed
+
+StepArrays = Mapping[str, npt.NDArray[np.float32]]
+
+WINDOWS = 40  # of training, at most
+QUARTERS = 4
+DISTANCE_BIN = 0.5  # m
+CELL = 0.4  # m, of the map
+FEWEST = 10  # steps, below which a share is not told
+LARGEST = 4 * 10**9  # bytes that steps.npz may unpack to; ten million steps are a fourth of it
+NEEDED = ("x", "y", "distance", "by_controller", "q_policy", "q_controller")  # of steps.npz
+
+
+@dataclass(frozen=True)
+class Preferred:
+    """Share of the steps at which the switch preferred the controller; the step in each window's middle."""
+
+    steps: list[float]
+    shares: list[float]
+
+
+@dataclass(frozen=True)
+class ByDistance:
+    """The controller's shares in a quarter of training, by distance to the goal; metres to each bin's middle."""
+
+    quarter: int  # from 1
+    distances: list[float]
+    driven: list[float]
+    preferred: list[float]
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A square of the floor, `CELL` wide, by its middle (m): steps there, and the controller's shares of them."""
+
+    x: float
+    y: float
+    steps: int
+    driven: float
+    preferred: float
+
+
+def read_steps(path: Path) -> StepArrays:
+    """The arrays of steps.npz that figures are made of.
+
+    Raises:
+        UserError: the file is damaged.
+    """
+    try:
+        check_packed(path, LARGEST)
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
+            return _alike({name: arrays[name] for name in NEEDED})
+    except (
+        zipfile.BadZipFile,
+        zlib.error,
+        EOFError,
+        OSError,
+        ValueError,
+        KeyError,
+        TypeError,
+        AttributeError,
+        MemoryError,
+    ) as error:
+        raise UserError(
+            f"{path} is damaged or not written by asddpg.train; move it away and the rest is diagnosed"
+        ) from error
+
+
+def _alike(steps: StepArrays) -> StepArrays:
+    if len({array.shape for array in steps.values()}) > 1:
+        raise ValueError("a step is a row in each array")
+    return steps
+
+
+def _preferred(steps: StepArrays) -> npt.NDArray[np.bool_]:
+    """Where the switch preferred the controller, whether or not the controller was allowed to drive."""
+    preferred: npt.NDArray[np.bool_] = steps["q_controller"] > steps["q_policy"]
+    return preferred
+
+
+def shares_over_training(steps: StepArrays) -> Preferred:
+    """How often the switch preferred the controller, in windows of training."""
+    parts = [part for part in np.array_split(_preferred(steps), WINDOWS) if len(part)]
+    return Preferred(middles(len(steps["x"]), len(parts)), [float(part.mean()) for part in parts])
+
+
+def shares_by_distance(steps: StepArrays) -> list[ByDistance]:
+    """The controller's shares by distance to the goal in each quarter of training."""
+    distance, driven, preferred = steps["distance"], steps["by_controller"], _preferred(steps)
+    edges = np.array_split(np.arange(len(distance)), QUARTERS)
+    found = []
+    for number, rows in enumerate(edges, start=1):
+        part = (distance[rows] / DISTANCE_BIN).astype(int)
+        counts = np.bincount(part)
+        told = np.flatnonzero(counts >= FEWEST)
+        shares = [(np.bincount(part, weights=of[rows])[told] / counts[told]).tolist() for of in (driven, preferred)]
+        found.append(ByDistance(number, ((told + 0.5) * DISTANCE_BIN).tolist(), *shares))
+    return found
+
+
+def shares_by_place(steps: StepArrays) -> list[Cell]:
+    """The controller's shares by place, in the last quarter of training, where enough steps were made."""
+    last = slice(len(steps["x"]) * (QUARTERS - 1) // QUARTERS, None)
+    places = np.stack([steps["x"][last], steps["y"][last]], axis=1).astype(np.float64)
+    cells, part, counts = np.unique(np.floor(places / CELL), axis=0, return_inverse=True, return_counts=True)
+    driven, preferred = (
+        np.bincount(part.ravel(), weights=of[last], minlength=len(counts)) / counts
+        for of in (steps["by_controller"], _preferred(steps))
+    )
+    middles = (cells + 0.5) * CELL
+    return [
+        Cell(round(x, 3), round(y, 3), int(count), float(drove), float(wished))
+        for (x, y), count, drove, wished in zip(middles.tolist(), counts, driven, preferred, strict=True)
+        if count >= FEWEST
+    ]
+
+
+def middles(total: float, windows: int) -> list[float]:
+    """Steps in the windows' middles."""
+    middles: list[float] = ((np.arange(windows) + 0.5) * total / windows).tolist()
+    return middles

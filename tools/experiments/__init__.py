@@ -1,0 +1,1 @@
+"""Groups of runs: trained, found again, and made into tables."""

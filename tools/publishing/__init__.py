@@ -1,0 +1,1 @@
+"""What a shipped policy comes with."""

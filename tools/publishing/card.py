@@ -1,0 +1,169 @@
+"""The card of a pretrained policy: how it was trained, what it reaches, where it fails, how to use it."""
+
+import textwrap
+from dataclasses import dataclass
+from string import Template
+
+from asddpg.config import TaskConfig, TrainConfig
+from asddpg.episodes.evaluation import ROWS, Figures, cell
+from tasks import gymnasium_id
+from tools.experiments.markdown import markdown
+
+_CARD = Template("""\
+# $name
+
+A policy for `$task`, weights after step $step of $total_steps ($checkpoint).
+
+## How it was trained
+
+```
+$command
+```
+
+$circumstances
+
+## What it reaches
+
+On $episodes stored test pairs, which training kept away from, without noise; in brackets the 95 % interval. The
+metric is −0.01 a step and +2 for reaching; the mean time is of the drives that reached.
+$scene_note
+$figures
+
+## Where it fails
+
+The actor alone. $failures
+
+$limits
+
+## How to use it
+
+```
+python -m asddpg.evaluate run=pretrained:$name
+python -m asddpg.play run=pretrained:$name live=true     # watch it in Foxglove
+```
+
+```python
+$snippet
+```
+""")
+
+_SNIPPET = Template("""\
+$imports
+from asddpg.runs.pretrained import load_policy
+
+policy = load_policy("$name")
+environment = $environment
+observation, info = environment.reset(seed=0)
+terminated = truncated = False
+while not (terminated or truncated):
+    observation, reward, terminated, truncated, info = environment.step(policy.act(observation))
+print(info["outcome"])""")
+
+DRIVERS = {
+    "actor": "actor alone",
+    "switch": "actor and controller, `driver=switch`",
+    "controller": "controller alone",
+}
+
+
+@dataclass(frozen=True)
+class Facts:
+    """What a card tells.
+
+    Attributes:
+        name: of the policy.
+        config: of its training.
+        command: that trains it.
+        checkpoint: which of the run's, last or best.
+        step: of the training that the weights are of.
+        seconds: that the training took.
+        note: how it was chosen, or nothing.
+        made_with: versions and scene of the training.
+        tested_scene: hash of the scene it was tested in.
+        figures: by who drove, as in DRIVERS.
+        failures: Markdown on where it fails.
+    """
+
+    name: str
+    config: TrainConfig
+    command: str
+    checkpoint: str
+    step: int
+    seconds: float
+    note: str
+    made_with: dict[str, str]
+    tested_scene: str
+    figures: dict[str, Figures]
+    failures: str
+
+
+def card(facts: Facts) -> str:
+    """The card, Markdown."""
+    config = facts.config
+    chosen = "`last`" if facts.checkpoint == "last" else "`best`, where validation while training was best"
+    return _CARD.substitute(
+        name=facts.name,
+        task=config.task.name,
+        step=facts.step,
+        total_steps=config.total_steps,
+        checkpoint=chosen,
+        command=facts.command,
+        circumstances=_circumstances(facts),
+        episodes=next(iter(facts.figures.values())).episodes,
+        scene_note=_scene_note(facts),
+        figures=_figures(facts.figures),
+        failures=facts.failures,
+        limits=_limits(config),
+        snippet=_snippet(facts.name, config.task),
+    )
+
+
+def _circumstances(facts: Facts) -> str:
+    made_with = dict(facts.made_with)
+    scene = made_with.pop("model_hash")
+    versions = ", ".join(f"{name} {version}" for name, version in made_with.items())
+    text = (
+        f"Seed {facts.config.seed}, {facts.seconds / 60:.1f} minutes on {facts.config.device}; scene {scene}. With "
+        f"{versions}. On one machine with the same versions the command gives the same weights again."
+    )
+    return "\n\n".join(_wrapped(part) for part in (text, facts.note) if part)
+
+
+def _scene_note(facts: Facts) -> str:
+    if facts.tested_scene == facts.made_with["model_hash"]:
+        return ""
+    return f"The scene has changed since the training: these are figures in {facts.tested_scene}.\n"
+
+
+def _figures(figures: dict[str, Figures]) -> str:
+    columns = figures.values()
+    rows = [
+        [title, *(cell(getattr(column, field), form) for column in columns)] for field, (title, form) in ROWS.items()
+    ]
+    rows.append(["controller's share of the steps", *(f"{column.controller_share:.3f}" for column in columns)])
+    return markdown(["", *(DRIVERS[name] for name in figures)], rows)
+
+
+def _limits(config: TrainConfig) -> str:
+    laser = config.task.laser
+    is_perfect = not (laser.noise or laser.dropout or laser.latency)
+    noise = f"noise {laser.noise:g}, lost returns {laser.dropout:g}, latency {laser.latency:g} s"
+    kind = "without noise, lost returns or latency" if is_perfect else f"with {noise}"
+    return _wrapped(
+        f"Trained and tested in this one room, with a laser of {laser.num_beams} beams {kind}; nothing here says how "
+        "it drives in another room, among things that move by themselves, or on a real robot."
+    )
+
+
+def _wrapped(text: str) -> str:
+    return textwrap.fill(text, 120, break_long_words=False, break_on_hyphens=False)
+
+
+def _snippet(name: str, task: TaskConfig) -> str:
+    if task == TaskConfig(name=task.name):
+        imports = "import gymnasium\nimport tasks  # registers the environments"
+        environment = f'gymnasium.make("{gymnasium_id(task.name)}")'
+    else:
+        imports = "from asddpg.build import make_environment"
+        environment = "make_environment(policy.config.task, policy.config.reward)"
+    return _SNIPPET.substitute(name=name, imports=imports, environment=environment)

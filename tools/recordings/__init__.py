@@ -1,0 +1,1 @@
+"""Parts of the tools that read, repair and draw recordings."""

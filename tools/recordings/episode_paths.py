@@ -1,0 +1,60 @@
+"""Where recorded episodes went."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from tasks.physics import FloatArray
+from tools.recordings.episode_states import EpisodeStates
+
+
+@dataclass(frozen=True)
+class Way:
+    """An episode as a map shows it.
+
+    Attributes:
+        number: of the episode.
+        places: (n + 1, 2), of the base after each of n steps, metres, world frame.
+        yaw: of the base at the beginning, rad.
+        drivers: n names, of who chose the step to the next place.
+        goal: x, y, m.
+        goal_radius: m.
+        outcome: how it ended.
+        seconds: simulated, that it took.
+    """
+
+    number: int
+    places: FloatArray
+    yaw: float
+    drivers: Sequence[str]
+    goal: tuple[float, float]
+    goal_radius: float
+    outcome: str
+    seconds: float
+
+    def length(self) -> float:
+        """Metres driven."""
+        return float(np.hypot(*np.diff(self.places, axis=0).T).sum())
+
+    def stretches(self) -> list[tuple[str, FloatArray]]:
+        """The way cut where the driver changed: who drove, and the places from the first to the last, (m, 2)."""
+        changes = [index for index, (before, after) in enumerate(pairwise(self.drivers), 1) if before != after]
+        bounds = [0, *changes, len(self.drivers)]
+        return [(self.drivers[begin], self.places[begin : end + 1]) for begin, end in pairwise(bounds) if end > begin]
+
+
+def way_of(states: EpisodeStates) -> Way:
+    """The way of an episode, run to its end."""
+    places = [states.physics.pose()[:2] for _ in states]
+    return Way(
+        number=int(states.recording.facts["episode"]),
+        places=np.array(places),
+        yaw=states.recording.start[2],
+        drivers=[step["driver"] for step in states.steps],
+        goal=states.recording.goal,
+        goal_radius=states.config.task.goal_radius,
+        outcome=states.outcome,
+        seconds=states.time(len(states.steps)),
+    )

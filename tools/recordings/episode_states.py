@@ -1,0 +1,110 @@
+"""A recorded episode's states: its actions are run again, which gives them to the last bit."""
+
+import functools
+import sys
+from collections.abc import Iterator
+from typing import Any
+
+import gymnasium
+import numpy as np
+
+from asddpg.build import make_environment, watched
+from asddpg.config import TrainConfig
+from asddpg.errors import UserError
+from asddpg.recording.files.reading import Recording
+from asddpg.recording.messages.path_message import DRIVER_COLOURS
+from asddpg.recording.pictures.caption import OUTCOME_COLOURS, Colour
+from asddpg.recording.samples import NANOSECONDS
+from asddpg.runs.run_folder import training_in
+from tasks.gymnasium_adapter import NavigationEnv
+from tasks.scene.state_digest import state_digest
+
+StepRecord = dict[str, Any]  # what /step says
+
+
+class EpisodeStates:
+    """Runs an episode again.
+
+    Attributes:
+        config: what the recording was made with.
+        environment: stands where the iteration has come to.
+        steps: what the recording says of each step.
+        outcome: how the episode ended; running where the recording was cut off.
+    """
+
+    def __init__(self, recording: Recording) -> None:
+        """Open the room of a recording.
+
+        Raises:
+            UserError: the recording is damaged, or of a version with other options or tasks.
+        """
+        self.recording = recording
+        try:
+            self.config, self._physical = _opened(recording.config)
+        except UserError as error:
+            raise UserError(f"{recording.path} cannot be run again: {error}") from error
+        self.environment: NavigationEnv = watched(self._physical)
+        self.steps = recording.steps()
+        self.outcome = str(recording.outcome()["outcome"])
+
+    @property
+    def physics(self) -> Any:
+        """The scene, as it stands."""
+        return self.environment.physics
+
+    @property
+    def title(self) -> str:
+        """Which episode this is."""
+        facts = self.recording.facts
+        return f"{facts['task']}, episode {int(facts['episode'])}"
+
+    def time(self, count: int) -> float:
+        """Simulated seconds after so many steps."""
+        return count * self.config.task.control_timestep
+
+    def caption(self, count: int, step: StepRecord | None) -> tuple[str, Colour | None]:
+        """The moment after so many steps, in a line, and the colour of who drove or how it ended."""
+        text = f"{self.title} · step {count}, {self.time(count):.1f} s"
+        if count == len(self.steps):
+            return f"{text} · {self.outcome}", OUTCOME_COLOURS.get(self.outcome)
+        if step is None:
+            return f"{text} · start", None
+        return f"{text} · {step['driver']} drives", DRIVER_COLOURS.get(step["driver"])
+
+    def __iter__(self) -> Iterator[tuple[int, StepRecord | None]]:
+        """From the beginning, 0 and None, to the end: how many steps have been made, and the last of them."""
+        self._physical.reset(options={"start": self.recording.start, "goal": self.recording.goal})
+        yield 0, None
+        is_same, goals = True, self.recording.goals()
+        for count, step in enumerate(self.steps, 1):
+            goal = goals.get(round(step["time"] * NANOSECONDS))
+            if goal is not None:
+                self.environment.set_goal(*goal)
+            self._physical.step(np.array([step["action"]["v"], step["action"]["omega"]], dtype=np.float32))
+            if is_same and state_digest(self.physics.data.ptr) != step["digest"]:
+                is_same = False
+                print(
+                    f"note: run again, {self.recording.path.name} goes another way from step {count} on: it was made "
+                    "on another machine or with other versions",
+                    file=sys.stderr,
+                )
+            yield count, step
+
+    def go_to(self, count: int) -> StepRecord | None:
+        """Run up to the end of that many steps, and return the last of them."""
+        for reached, step in self:
+            if reached == count:
+                return step
+        raise UserError(self.no_such_step(count))
+
+    def no_such_step(self, count: int) -> str:
+        """That the episode is shorter, in a sentence."""
+        length = f"{len(self.steps)} steps, {self.time(len(self.steps)):.1f} s"
+        return f"the episode in {self.recording.path} has {length}; there is no step {count}"
+
+
+@functools.lru_cache(maxsize=1)  # the episodes of a folder are of one room, and opening the office takes a second
+def _opened(settings: str) -> tuple[TrainConfig, gymnasium.Env]:
+    """A recording's configuration, and the environment of it."""
+    config, _ = training_in(settings, "its configuration", controller=None)
+    return config, make_environment(config.task, config.reward)

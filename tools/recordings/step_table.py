@@ -1,0 +1,89 @@
+"""/step of recordings as one table: a row a step, what is nested side by side."""
+
+import csv
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+from asddpg.errors import UserError
+from asddpg.recording.messages.topics import STEP_SCHEMA
+
+FILE = "file"  # the column that names the recording
+SUFFIXES = (".csv", ".parquet")
+
+Row = dict[str, Any]
+
+
+def row_of(file: str, step: Mapping[str, Any]) -> Row:
+    """A step as a row: action_v, terms_progress and so on; what is left out leaves its columns empty."""
+    row: Row = {FILE: file}
+    for name, schema in STEP_SCHEMA["properties"].items():
+        value = step.get(name)
+        if "properties" in schema:
+            parts = dict.fromkeys(schema["properties"]) | dict(value if isinstance(value, Mapping) else {})
+            row |= {f"{name}_{part}": each for part, each in parts.items()}
+        else:
+            row[name] = value
+    return row
+
+
+def write_table(path: Path, rows: Sequence[Row]) -> None:
+    """Write all rows; those of one recording may lack columns that another has.
+
+    Raises:
+        UserError: it cannot be written.
+    """
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    part = path.with_name(path.name + ".part")
+    try:
+        if path.suffix == ".csv":
+            _write_csv(part, columns, rows)
+        else:
+            _write_parquet(part, columns, rows)
+        part.replace(path)
+    except OSError as error:
+        part.unlink(missing_ok=True)
+        raise UserError(f"the table {path} cannot be written: {error.strerror or error}") from error
+
+
+def check_can_write(path: Path) -> None:
+    """UserError where a table of that name could not be written: said before anything is read."""
+    if path.suffix not in SUFFIXES:
+        raise UserError(f"a table's file must end in {' or '.join(SUFFIXES)}, not {path.name!r}")
+    if not path.parent.is_dir():
+        raise UserError(f"the table {path} cannot be written: there is no folder {path.parent}")
+    if path.suffix == ".parquet":
+        _pyarrow("pyarrow")
+
+
+def _write_csv(path: Path, columns: Sequence[str], rows: Sequence[Row]) -> None:
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, columns)
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def _write_parquet(path: Path, columns: Sequence[str], rows: Sequence[Row]) -> None:
+    arrow, parquet = _pyarrow("pyarrow"), _pyarrow("pyarrow.parquet")
+    arrays = [arrow.array(values) for values in _columns(columns, rows)]
+    # A column without a value has no type of its own, which other programs cannot read.
+    arrays = [array.cast(arrow.float64()) if arrow.types.is_null(array.type) else array for array in arrays]
+    parquet.write_table(arrow.table(arrays, names=list(columns)), str(path))
+
+
+def _columns(columns: Sequence[str], rows: Sequence[Row]) -> Iterator[list[Any]]:
+    for name in columns:
+        values = [row.get(name) for row in rows]
+        # JSON writes 1.0 and 1 alike in places: one fraction makes a column of fractions.
+        has_fraction = any(isinstance(value, float) for value in values)
+        yield [float(value) if isinstance(value, int) else value for value in values] if has_fraction else values
+
+
+def _pyarrow(name: str) -> ModuleType:
+    from importlib import import_module
+
+    try:
+        return import_module(name)
+    except ImportError as error:
+        raise UserError("a .parquet file needs pyarrow, which is not installed: pip install pyarrow") from error

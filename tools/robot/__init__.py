@@ -1,0 +1,1 @@
+"""The robot's model, measured and driven by hand."""

@@ -1,0 +1,27 @@
+"""What a tool's first word may name: a task's scene, the robot alone, or any MJCF file."""
+
+from pathlib import Path
+
+import tasks
+from asddpg.errors import UserError
+from tasks.scene.loading import MODELS, scene_path
+
+ROBOT = "pioneer"
+ROBOT_SCENE = MODELS / "pioneer" / "scene.xml"
+
+
+def scene_file(word: str) -> Path:
+    """The scene file that a word names.
+
+    Raises:
+        UserError: it names neither a task nor the robot and is no path of an .xml file.
+    """
+    if word in tasks.ALL_TASKS:
+        return scene_path(word)
+    if word == ROBOT:
+        return ROBOT_SCENE
+    if word.endswith(".xml"):
+        return Path(word)
+    raise UserError(
+        f"there is no scene {word!r}; there are {', '.join(tasks.ALL_TASKS)}, {ROBOT}, or a path to an .xml"
+    )
