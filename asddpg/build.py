@@ -9,13 +9,12 @@ import numpy as np
 import torch
 
 from asddpg.algorithm.agent import AsDDPG
-from asddpg.algorithm.controllers import Controller, make_controller
+from asddpg.algorithm.controllers import make_controller
 from asddpg.algorithm.exploration import OrnsteinUhlenbeckNoise
 from asddpg.algorithm.memory_check import check_file, check_memory
 from asddpg.algorithm.networks import Networks, NetworkShape
 from asddpg.algorithm.replay import BalancedReplay, ReplayBuffer
-from asddpg.algorithm.schedules import Withdrawal
-from asddpg.annealing import Annealing
+from asddpg.algorithm.schedules import LearningRateDecay, Withdrawal
 from asddpg.config import (
     ControllerConfig,
     PlayConfig,
@@ -26,9 +25,9 @@ from asddpg.config import (
     TrainConfig,
     WithdrawalConfig,
 )
-from asddpg.episodes.protocols import Action
+from asddpg.episodes.protocols import Action, Controller
 from asddpg.episodes.random_streams import stream
-from asddpg.errors import UserError, shown
+from asddpg.errors import UserError, truncated_repr
 from asddpg.recording.live.controls import Steering
 from asddpg.recording.live.live_view import LiveView
 from asddpg.recording.pictures.cameras import Cameras, HasPhysics
@@ -48,7 +47,7 @@ def make_environment(task: TaskConfig, reward: RewardConfig) -> gymnasium.Env:
     )
 
 
-def watched(environment: gymnasium.Env) -> NavigationEnv:
+def navigation_env(environment: gymnasium.Env) -> NavigationEnv:
     """The environment below its wrappers, for observers to read."""
     inner = environment.unwrapped
     assert isinstance(inner, NavigationEnv)
@@ -158,7 +157,7 @@ def make_agent(config: TrainConfig, environment: gymnasium.Env, weights: Path | 
         ),
         controller=controller if learning.assisted else None,
         withdrawal=_withdrawal(learning.withdrawal, config.total_steps, stream(config.seed, "withdrawal")),
-        annealing=Annealing(learning.annealing, config.total_steps),
+        learning_rate_decay=LearningRateDecay(learning.annealing, config.total_steps),
         smoothing_seed=int(stream(config.seed, "smoothing").integers(2**63)),
         device=torch.device(config.device),
     )
@@ -184,7 +183,7 @@ def _initial_networks(shape: NetworkShape, with_switch: bool, rng: np.random.Gen
 def check_device(device: str) -> None:
     """UserError where torch has no such device."""
     if not re.fullmatch(r"(cpu|cuda)(:[0-9]{1,4})?", device):
-        raise UserError(f"there is no device {shown(device)}; there are cpu, cuda and cuda:<n>")
+        raise UserError(f"there is no device {truncated_repr(device)}; there are cpu, cuda and cuda:<n>")
     kind, _, index = device.partition(":")
     if kind == "cuda" and not torch.cuda.is_available():
         raise UserError(f"device {device} needs a CUDA build of torch and a GPU, and there is none; cpu always works")

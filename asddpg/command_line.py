@@ -13,7 +13,7 @@ from omegaconf import DictConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from asddpg.config import EvaluateConfig, PlayConfig, TrainConfig, check
-from asddpg.errors import UserError, shown
+from asddpg.errors import UserError, truncated_repr
 from asddpg.option_types import check_value, kinds_of, parse
 from tasks import ALL_TASKS
 from tasks.rewards import REWARDS
@@ -31,9 +31,9 @@ MAY_CHANGE = ("total_steps", "checkpoint_every", "record.keep", "live", "port", 
 BASELINES = ("controller", "random")
 
 
-def train_config(words: Sequence[str]) -> TrainConfig:
+def train_config(arguments: Sequence[str]) -> TrainConfig:
     """The configuration of a training run; UserError where a word is wrong."""
-    overrides = _checked_overrides(words, TrainConfig, GROUPS)
+    overrides = _checked_overrides(arguments, TrainConfig, GROUPS)
     _store_schemas()
 
     def by_groups() -> DictConfig:
@@ -43,10 +43,10 @@ def train_config(words: Sequence[str]) -> TrainConfig:
     return _finished(by_groups, TrainConfig)
 
 
-def resumed_config(words: Sequence[str], stored: TrainConfig) -> TrainConfig:
+def resumed_config(arguments: Sequence[str], stored: TrainConfig) -> TrainConfig:
     """The configuration of a run that goes on; UserError where a word is wrong or would change the run's past."""
     config: DictConfig = OmegaConf.structured(stored)
-    overrides = _checked_overrides(words, TrainConfig, GROUPS)
+    overrides = _checked_overrides(arguments, TrainConfig, GROUPS)
     for override in overrides:
         name, value = override.key_or_group, override.value()
         if name not in MAY_CHANGE and (name in GROUPS or OmegaConf.select(config, name) != value):
@@ -59,18 +59,18 @@ def resumed_config(words: Sequence[str], stored: TrainConfig) -> TrainConfig:
     return finished
 
 
-def evaluate_config(words: Sequence[str]) -> EvaluateConfig:
+def evaluate_config(arguments: Sequence[str]) -> EvaluateConfig:
     """The configuration of an evaluation; UserError where a word is wrong."""
-    return _without_groups(words, EvaluateConfig)
+    return _without_groups(arguments, EvaluateConfig)
 
 
-def play_config(words: Sequence[str]) -> PlayConfig:
+def play_config(arguments: Sequence[str]) -> PlayConfig:
     """The configuration of episodes to play; UserError where a word is wrong."""
-    return _without_groups(words, PlayConfig)
+    return _without_groups(arguments, PlayConfig)
 
 
-def _without_groups(words: Sequence[str], kind: type[Config]) -> Config:
-    overrides = _checked_overrides(words, kind, {})
+def _without_groups(arguments: Sequence[str], kind: type[Config]) -> Config:
+    overrides = _checked_overrides(arguments, kind, {})
 
     return _finished(lambda: _updated(OmegaConf.structured(kind), overrides), kind)
 
@@ -92,11 +92,11 @@ def _finished(composing: Callable[[], DictConfig], kind: type[Config]) -> Config
 
 
 def _checked_overrides(
-    words: Sequence[str], kind: type[Config], groups: dict[str, tuple[str, ...]]
+    arguments: Sequence[str], kind: type[Config], groups: dict[str, tuple[str, ...]]
 ) -> Sequence[Override]:
     # A name says which choice of a group the values are: it is no option of its own.
     kinds = {name: option for name, option in kinds_of(kind).items() if not name.endswith(".name")}
-    overrides = [parse(word, kinds) for word in words]
+    overrides = [parse(argument, kinds) for argument in arguments]
     for override in overrides:
         _check_name(override, list(kinds), groups)
         if override.key_or_group not in groups:
@@ -115,12 +115,16 @@ def _check_name(override: Override, options: Sequence[str], groups: dict[str, tu
     name = override.key_or_group
     if name in groups:
         if name == "agent" and override.value() in BASELINES:
-            word = f"python -m asddpg.evaluate agent={override.value()} task="
-            raise UserError(f"agent={override.value()} learns nothing, so there is nothing to train; drive it: {word}")
+            argument = f"python -m asddpg.evaluate agent={override.value()} task="
+            raise UserError(
+                f"agent={override.value()} learns nothing, so there is nothing to train; drive it: {argument}"
+            )
         if override.value() not in groups[name]:
-            raise UserError(f"there is no {name} {shown(override.value())}; there are {', '.join(groups[name])}")
+            raise UserError(
+                f"there is no {name} {truncated_repr(override.value())}; there are {', '.join(groups[name])}"
+            )
     elif name not in options:
-        raise UserError(f"there is no option {shown(name)}; {_suggestion(name, [*groups, *options])}")
+        raise UserError(f"there is no option {truncated_repr(name)}; {_suggestion(name, [*groups, *options])}")
 
 
 def _suggestion(name: str, known: Sequence[str]) -> str:

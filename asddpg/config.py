@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Any
 
-from asddpg.errors import UserError, shown
+from asddpg.errors import UserError, truncated_repr
 
 
 @dataclass
@@ -96,9 +96,9 @@ class LearningConfig:
     gamma: float = 0.99
     # τ, share of the way the targets move at each update.
     tau: float = 0.005
-    # Adam's step for the policy.
+    # Learning rate of the policy (Adam).
     actor_learning_rate: float = 1e-4
-    # Adam's step for the Critic-DQN.
+    # Learning rate of the Critic-DQN (Adam).
     critic_learning_rate: float = 3e-4
     # N of Algorithm 1, transitions an update.
     batch_size: int = 32
@@ -126,7 +126,7 @@ class LearningConfig:
     policy_every: int = 2
     # Whether a batch is half from the actor's steps and half from the controller's.
     balanced_batches: bool = False
-    # Share of training, at its end, over which Adam's steps go to zero.
+    # Share of training, at its end, over which the learning rates decay linearly to zero.
     annealing: float = 0.3
     withdrawal: WithdrawalConfig = field(default_factory=WithdrawalConfig)
 
@@ -402,9 +402,9 @@ def check(config: TrainConfig | EvaluateConfig | PlayConfig) -> None:
         if isinstance(value, float) and not math.isfinite(value):
             raise UserError(f"{name} must be a finite number, not {value}")
         if isinstance(value, int) and abs(value) >= TOO_LARGE:
-            raise UserError(f"{name} must be within ±2^63, not {shown(value)}")
+            raise UserError(f"{name} must be within ±2^63, not {truncated_repr(value)}")
         if value is not None and not _holds(is_right, value):
-            raise UserError(f"{name} must be {wanted}, not {shown(value)}")
+            raise UserError(f"{name} must be {wanted}, not {truncated_repr(value)}")
     _check_cameras(config.record, is_live=getattr(config, "live", False))
     if isinstance(config, PlayConfig) and config.video is None and config.camera != PlayConfig.camera:
         raise UserError("camera chooses whose pictures a film shows, and none is made: video=out.mp4 makes one")

@@ -11,7 +11,7 @@ class UserError(Exception):
     """One sentence on what is wrong and what would be right; the programs print it and exit with status 2."""
 
 
-def shown(value: object) -> str:
+def truncated_repr(value: object) -> str:
     """A value as a sentence shows it: text in quotes, cut where it is long."""
     text = repr(value) if isinstance(value, str) else str(value)
     return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 2]}…{text[-1]}"

@@ -13,54 +13,54 @@ import numpy as np
 from omegaconf import OmegaConf
 from tqdm import tqdm
 
-from asddpg.build import make_cameras, watched
+from asddpg.build import make_cameras, navigation_env
 from asddpg.command_line import evaluate_config, option_names
 from asddpg.config import EvaluateConfig
-from asddpg.episodes.evaluation import Figures, evaluate, table
+from asddpg.episodes.evaluation import EvaluationResult, evaluate, table
 from asddpg.errors import UserError
 from asddpg.observers.progress import EpisodeBar
 from asddpg.policy_setup import Driving, open_driving
 from asddpg.program import run
 from asddpg.recording.how_to_open import how_to_open
-from asddpg.runs.run_folder import unused, write_json
+from asddpg.runs.run_folder import unused_folder, write_json
 from tasks.evaluation_pairs import fresh_pairs, stored_pairs
 from tasks.room_geometry.held_out import Pair
 
 
-def main(words: Sequence[str]) -> None:
+def main(arguments: Sequence[str]) -> None:
     """Compose, drive, print the table, write evaluation.json."""
-    config = evaluate_config(words)
+    config = evaluate_config(arguments)
     driving = open_driving(config, "evaluate", config.seed or 0)
     task = driving.config.task
     pairs, pairs_name = _pairs(config, task.name, task.goal_radius)
     if not os.access(driving.evaluation.parent, os.W_OK):
         raise UserError(f"{driving.evaluation} cannot be written: the folder is not writable")
-    folder = unused(driving.evaluation.parent / "evaluated_episodes")
-    cameras = make_cameras(config.record, watched(driving.environment))
+    folder = unused_folder(driving.evaluation.parent / "evaluated_episodes")
+    cameras = make_cameras(config.record, navigation_env(driving.environment))
     recorder = driving.recorder(config.record, folder, pairs_name, tqdm.write, cameras)
     bar = EpisodeBar(len(pairs))
     try:
-        figures = evaluate(driving.environment, driving.driver, pairs, task.control_timestep, (bar, recorder))
+        result = evaluate(driving.environment, driving.driver, pairs, task.control_timestep, (bar, recorder))
     finally:
         recorder.close()
         bar.close()
-    print(f"{driving.what}, {task.name}, {pairs_name}\n{table({driving.name: figures})}")
-    write_json(driving.evaluation, _content(config, driving, pairs_name, figures))
+    print(f"{driving.what}, {task.name}, {pairs_name}\n{table({driving.name: result})}")
+    write_json(driving.evaluation, _content(config, driving, pairs_name, result))
     print(f"written to {driving.evaluation}")
     if recorder.files:
         print(how_to_open(recorder.files, folder))
 
 
-def _content(config: EvaluateConfig, driving: Driving, pairs_name: str, figures: Figures) -> dict[str, Any]:
+def _content(config: EvaluateConfig, driving: Driving, pairs_name: str, result: EvaluationResult) -> dict[str, Any]:
     content: dict[str, Any] = {
         "what": driving.what,
         "driver": driving.name,
         "task": driving.config.task.name,
         "set": pairs_name,
-        **figures.as_dict(),
+        **result.as_dict(),
     }
     content |= {"controller": dataclasses.asdict(config.controller)} if config.agent == "controller" else {}
-    return content | driving.made_with()
+    return content | driving.current_versions()
 
 
 def _pairs(config: EvaluateConfig, task_name: str, goal_radius: float) -> tuple[Sequence[Pair], str]:

@@ -13,7 +13,7 @@ from hydra.core.override_parser.types import Override, OverrideType
 from hydra.errors import HydraException
 
 from asddpg.config import TOO_LARGE
-from asddpg.errors import UserError, shown
+from asddpg.errors import UserError, truncated_repr
 
 Kinds = Mapping[str, Any]  # option → its type
 
@@ -39,36 +39,36 @@ def kinds_of(config: Any, prefix: str = "") -> dict[str, Any]:
     return kinds
 
 
-def parse(word: str, kinds: Kinds) -> Override:
+def parse(argument: str, kinds: Kinds) -> Override:
     """A word of a command line.
 
     Raises:
         UserError: it is not of the form name=value with a value that is written out.
     """
-    if "${" in word:
-        raise UserError(f"{shown(word)} refers to a value by ${{…}}; write the value itself")
-    name, _, value = word.partition("=")
-    override = _parsed(word) or _parsed(_quoted(word, kinds))
+    if "${" in argument:
+        raise UserError(f"{truncated_repr(argument)} refers to a value by ${{…}}; write the value itself")
+    name, _, value = argument.partition("=")
+    override = _parsed(argument) or _parsed(_quoted(argument, kinds))
     if override is None and value and name in kinds:
         raise _wrong_kind(name, kinds[name], value)
     if override is None or override.type is not OverrideType.CHANGE or override.is_sweep_override() or override.package:
-        raise UserError(f"{shown(word)} is not an option of the form name=value, such as seed=1")
+        raise UserError(f"{truncated_repr(argument)} is not an option of the form name=value, such as seed=1")
     return override
 
 
-def _parsed(word: str) -> Override | None:
+def _parsed(argument: str) -> Override | None:
     try:
-        (override,) = OverridesParser.create().parse_overrides([word])
+        (override,) = OverridesParser.create().parse_overrides([argument])
     except (HydraException, ValueError, RecursionError):  # the latter two: endless digits, endless brackets
         return None
     return override
 
 
-def _quoted(word: str, kinds: Kinds) -> str:
+def _quoted(argument: str, kinds: Kinds) -> str:
     """A path as a user writes it, läufe or ~/runs, as Hydra reads it; other words as they are."""
-    name, _, value = word.partition("=")
+    name, _, value = argument.partition("=")
     if str not in _alternatives(kinds.get(name)) or _HAS_SYNTAX.search(value) or not value.isprintable():
-        return word
+        return argument
     return f"{name}='{os.path.expanduser(value)}'"
 
 
@@ -85,12 +85,12 @@ def check_value(name: str, kind: Any, override: Override) -> None:
         raise _wrong_kind(name, kind, text)
     for number in value if isinstance(value, list) else [value]:
         if isinstance(number, int) and abs(number) >= TOO_LARGE:
-            raise UserError(f"{name} must be within ±2^63, not {shown(number)}")
+            raise UserError(f"{name} must be within ±2^63, not {truncated_repr(number)}")
 
 
 def _wrong_kind(name: str, kind: Any, text: str) -> UserError:
     wanted = " or ".join(_WANTED.get(alternative, "null") for alternative in _alternatives(kind))
-    return UserError(f"{name} must be {wanted}, not {shown(text)}")
+    return UserError(f"{name} must be {wanted}, not {truncated_repr(text)}")
 
 
 def _alternatives(kind: Any) -> tuple[Any, ...]:

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 from omegaconf import OmegaConf
 
-from asddpg.build import make_cameras, make_live, watched
+from asddpg.build import make_cameras, make_live, navigation_env
 from asddpg.command_line import option_names, play_config
 from asddpg.config import PlayConfig
 from asddpg.episodes.loop import run_episode
@@ -25,20 +25,20 @@ from asddpg.program import run
 from asddpg.recording.how_to_open import how_to_open, how_to_watch
 from asddpg.recording.pictures.film import Film
 from asddpg.recording.recorder import Recorder
-from asddpg.runs.run_folder import unused
+from asddpg.runs.run_folder import unused_folder
 from tasks.gymnasium_adapter import NavigationEnv
 
 EPISODES = 3  # where nothing is said
 
 
-def main(words: Sequence[str]) -> None:
+def main(arguments: Sequence[str]) -> None:
     """Compose, drive, print a line an episode."""
-    config = play_config(words)
+    config = play_config(arguments)
     seed = int(np.random.SeedSequence().generate_state(1)[0]) if config.seed is None else config.seed
     driving = open_driving(config, "play", seed)
-    environment = watched(driving.environment)
+    environment = navigation_env(driving.environment)
     driver = SteeredDriver(environment, driving.drivers, driving.name)
-    folder = unused(driving.evaluation.parent / "played_episodes")
+    folder = unused_folder(driving.evaluation.parent / "played_episodes")
     with ExitStack() as closing:
         cameras = make_cameras(config.record, environment)
         recorder = driving.recorder(config.record, folder, f"drawn, seed {seed}", print, cameras)

@@ -13,8 +13,8 @@ from asddpg.build import (
     controller_for,
     make_agent,
     make_environment,
+    navigation_env,
     prepare_torch,
-    watched,
 )
 from asddpg.command_line import BASELINES, train_config
 from asddpg.config import ControllerConfig, DrivingConfig, RecordEvaluationConfig, TrainConfig
@@ -22,10 +22,10 @@ from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone, 
 from asddpg.episodes.random_streams import stream
 from asddpg.errors import UserError
 from asddpg.recording.pictures.cameras import Cameras
-from asddpg.recording.recorder import Provenance, Recorder, Selection, each
+from asddpg.recording.recorder import Provenance, Recorder, Selection, every_nth
 from asddpg.runs.loading import file_hash, open_trained
+from asddpg.runs.provenance import current_versions, environment_hash, recording_provenance
 from asddpg.runs.run_folder import config_text
-from asddpg.train import hash_of, made_now, provenance_of
 from tasks import ALL_TASKS
 
 
@@ -58,9 +58,9 @@ class Driving:
         """The driver that was asked for."""
         return self.drivers[self.name]
 
-    def made_with(self) -> dict[str, str]:
+    def current_versions(self) -> dict[str, str]:
         """Versions, and the hash of the scene."""
-        return made_now(self.environment)
+        return current_versions(self.environment)
 
     def recorder(
         self,
@@ -73,8 +73,8 @@ class Driving:
         """Records what is driven along those pairs into a folder, with what cameras see of it."""
         return Recorder(
             folder,
-            watched(self.environment),
-            self.provenance(pairs),
+            navigation_env(self.environment),
+            self.recording_provenance(pairs),
             selection_of(wanted),
             say,
             first_step=self.step,
@@ -82,11 +82,11 @@ class Driving:
             cameras=cameras,
         )
 
-    def provenance(self, pairs: str) -> Provenance:
+    def recording_provenance(self, pairs: str) -> Provenance:
         """What a recording of it is of, driven along those pairs."""
-        made_with = self.made_with()
-        settings = config_text(dataclasses.asdict(self.config), made_with)
-        return provenance_of(self.config, settings, made_with, driver=self.name, pairs=pairs, **self.checkpoint)
+        provenance = self.current_versions()
+        settings = config_text(dataclasses.asdict(self.config), provenance)
+        return recording_provenance(self.config, settings, provenance, driver=self.name, pairs=pairs, **self.checkpoint)
 
 
 def open_driving(config: DrivingConfig, verb: str, seed: int) -> Driving:
@@ -133,7 +133,7 @@ def _open_run(config: DrivingConfig, run: str) -> Driving:
         drivers["switch"] = with_switch(agent)
     if config.driver not in drivers:
         raise UserError("driver=switch needs a run with a controller, and this one is DDPG; driver=actor works")
-    if not is_other_task and hash_of(environment) != opened.made_with.get("model_hash"):
+    if not is_other_task and environment_hash(environment) != opened.provenance.get("model_hash"):
         print("note: the scene's model is not the one this run was trained on")
     return Driving(
         what=f"{opened.title} (step {step}), driver {config.driver}",
@@ -176,5 +176,5 @@ def _open_baseline(config: DrivingConfig, seed: int) -> Driving:
 def selection_of(wanted: RecordEvaluationConfig) -> Selection:
     """Which episodes are recorded."""
     # Who names outcomes alone wants all episodes that end so.
-    regularly = each(wanted.every or (1 if wanted.outcomes and not wanted.only else 0))
+    regularly = every_nth(wanted.every or (1 if wanted.outcomes and not wanted.only else 0))
     return Selection(lambda number: regularly(number) or number in wanted.only, wanted.outcomes)

@@ -20,12 +20,12 @@ def python() -> str:
 
 def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
     """Run `main` on the command line's words; a user's mistake is one sentence and exit status 2."""
-    words = sys.argv[1:]
-    if any(word in ("-h", "--help") for word in words):
-        main, words = (lambda _: print(usage)), []
+    arguments = sys.argv[1:]
+    if any(argument in ("-h", "--help") for argument in arguments):
+        main, arguments = (lambda _: print(usage)), []
     _end_on_sigterm()
     try:
-        main(words)
+        main(arguments)
         sys.stdout.flush()
     except BrokenPipeError:  # whoever read along, such as head, has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import SupportsFloat
 
 from asddpg.build import check_device, make_agent, make_environment, prepare_torch
-from asddpg.episodes.protocols import Step, Watcher
+from asddpg.episodes.protocols import Callback, Step
 from asddpg.errors import Breakdown, UserError
 from asddpg.observers.finite_check import FiniteCheck
 from asddpg.program import run
@@ -21,15 +21,15 @@ from asddpg.runs.safe_loading import CONTROLLER, check_links, controller_named_i
 from asddpg.training import validate
 
 
-def main(words: Sequence[str]) -> None:
+def main(arguments: Sequence[str]) -> None:
     """Drive to the step that broke, and tell of it."""
-    folders = [word for word in words if not word.startswith(CONTROLLER)]
+    folders = [argument for argument in arguments if not argument.startswith(CONTROLLER)]
     if len(folders) != 1:
         raise UserError("one folder is wanted, that of a breakdown: runs/<run>/breakdown_<step>")
     dump = Path(folders[0])
     check_links(dump)
     trouble = _read(dump)
-    config, _ = read_training(RunFolder(dump).config, controller_named_in(words))
+    config, _ = read_training(RunFolder(dump).config, controller_named_in(arguments))
     check_device(config.device)
     prepare_torch()
     environment = make_environment(config.task, config.reward)
@@ -48,7 +48,7 @@ def main(words: Sequence[str]) -> None:
         if trouble.in_validation:
             validate(make_environment(config.task, config.reward), agent, config)
     except failure_dump.CAUSES as error:
-        print(f"again: after step {episodes.step} {failure_dump.what_of(error)}\n{last.as_text()}")
+        print(f"again: after step {episodes.step} {failure_dump.first_line(error)}\n{last.as_text()}")
         return
     raise Breakdown(f"step {trouble.step} has passed, and nothing broke: another machine, or other versions")
 
@@ -60,7 +60,7 @@ def _read(dump: Path) -> failure_dump.Trouble:
         raise UserError(f"{dump} is not the folder of a breakdown: no {failure_dump.WHAT} can be read there") from error
 
 
-class _WeightsCheck(Watcher):
+class _WeightsCheck(Callback):
     """Watches, and looks at the weights after the step that broke, as the training did when it wrote a checkpoint."""
 
     def __init__(self, episodes: ResumableEpisodes, step: int) -> None:
@@ -72,7 +72,7 @@ class _WeightsCheck(Watcher):
             self._episodes.check_weights()
 
 
-class LastStep(Watcher):
+class LastStep(Callback):
     """Watches, and keeps the last step that was finished."""
 
     def __init__(self) -> None:
@@ -87,14 +87,14 @@ class LastStep(Watcher):
         if self._seen is None:
             return "no step was finished before"
         step, learned = self._seen
-        figures = {name: f"{float(value):.6g}" for name, value in learned.items()}
+        metrics = {name: f"{float(value):.6g}" for name, value in learned.items()}
         lines = {
             "driver": step.decision.driver,
             "action": step.decision.action.tolist(),
             "pose": step.info.get("pose"),
             "reward terms": step.info.get("reward_terms"),
             "observation": step.next_observation.tolist(),
-            "learned": figures,
+            "learned": metrics,
         }
         return "\n".join(f"  {name}: {value}" for name, value in lines.items())
 

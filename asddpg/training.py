@@ -9,25 +9,25 @@ import gymnasium
 import numpy as np
 
 from asddpg.algorithm.agent import AsDDPG
-from asddpg.build import make_environment, watched
+from asddpg.build import make_environment, navigation_env
 from asddpg.config import TrainConfig
 from asddpg.episodes.drivers import actor_alone
-from asddpg.episodes.evaluation import Figures, evaluate
-from asddpg.episodes.protocols import Observer, Step, Watcher
+from asddpg.episodes.evaluation import EvaluationResult, evaluate
+from asddpg.episodes.protocols import Callback, Observer, Step
 from asddpg.observers.finite_check import FiniteCheck
-from asddpg.observers.metrics_log import MetricsLog, rows_of
+from asddpg.observers.metrics_log import MetricsLog, read_rows
 from asddpg.observers.progress import ProgressBar
 from asddpg.observers.step_log import StepLog
 from asddpg.observers.validation_log import write_validation
 from asddpg.recording.live.live_view import LiveView
 from asddpg.recording.pictures.cameras import Cameras
-from asddpg.recording.recorder import Provenance, Recorder, Selection, each
+from asddpg.recording.recorder import Provenance, Recorder, Selection, every_nth
 from asddpg.runs import append_only_logs, failure_dump, weights_file
 from asddpg.runs.checkpoints import TrainingStates
 from asddpg.runs.lock import RunLock
 from asddpg.runs.resumable import ResumableEpisodes
 from asddpg.runs.run_folder import RunFolder
-from asddpg.runs.safe_loading import naming
+from asddpg.runs.safe_loading import controller_argument
 from asddpg.runs.signals import StopBetweenSteps, Stopped, StopSignals
 from tasks.evaluation_pairs import stored_pairs
 
@@ -73,7 +73,7 @@ class Training:
         self._states = TrainingStates(self._folder.training_states)
         self._episodes = ResumableEpisodes(parts.environment, parts.agent, self._config.seed, self._say)
         self._validations, self._seconds = 0, 0.0
-        self._best: list[float] = []  # reach rate and metric, compared in this order
+        self._best: list[float] = []  # success rate and metric, compared in this order
         self._kept = 0  # training step of the newest checkpoint
         self._bar: ProgressBar | None = None
         self._is_validating = False
@@ -105,8 +105,10 @@ class Training:
             try:
                 self._train_and_keep(observers, signals)
             except failure_dump.CAUSES as error:
-                trouble = failure_dump.Trouble(self.step, failure_dump.what_of(error), self._is_validating)
-                raise failure_dump.stopped(self._folder, self._states, trouble, naming(self._config)) from error
+                trouble = failure_dump.Trouble(self.step, failure_dump.first_line(error), self._is_validating)
+                raise failure_dump.stopped(
+                    self._folder, self._states, trouble, controller_argument(self._config)
+                ) from error
             if signals.number:
                 raise Stopped(signals.number)
         # Again: the process that wrote the last checkpoint may have been killed before it came to the weights.
@@ -139,7 +141,7 @@ class Training:
         folder, parts, done = self._folder, self._parts, self._episodes
         self._tensorboard = ScalarEvents(folder.tensorboard, self._kept)
         _close(self._tensorboard.close, closing)
-        outcomes = [row["outcome"] for row in rows_of(folder.metrics)]
+        outcomes = [row["outcome"] for row in read_rows(folder.metrics)]
         self._log = MetricsLog(folder.metrics, folder.timing, self._tensorboard, self._seconds)
         _close(self._log.close, closing)
         steps = StepLog(folder.step_rows, folder.steps, done.episodes)
@@ -158,9 +160,9 @@ class Training:
         wanted, parts = self._config.record, self._parts
         return Recorder(
             self._folder.episodes,
-            watched(parts.environment),
+            navigation_env(parts.environment),
             self._provenance,
-            Selection(each(wanted.every), keep=wanted.keep),
+            Selection(every_nth(wanted.every), keep=wanted.keep),
             self._say,
             first_step=self._episodes.steps,
             first_episode=self._episodes.episodes,
@@ -183,15 +185,15 @@ class Training:
 
     def _validate(self, stopping: Observer) -> None:
         config, agent, step = self._config, self._parts.agent, self._episodes.steps
-        figures = validate(self._validation_environment, agent, config, [stopping])
-        reach, crash, metric = (figures.reach_rate.value, figures.crash_rate.value, figures.metric.value)
+        result = validate(self._validation_environment, agent, config, [stopping])
+        reach, crash, metric = (result.success_rate.value, result.collision_rate.value, result.metric.value)
         assert reach is not None
         assert crash is not None
         assert metric is not None
-        row = {"step": step, "reach_rate": reach, "crash_rate": crash, "metric": metric}
+        row = {"step": step, "success_rate": reach, "collision_rate": crash, "metric": metric}
         write_validation(self._folder.validation, self._tensorboard, row)
         self._say(
-            f"step {step}: actor alone reaches {reach:.2f}, crashes {crash:.2f} ({figures.episodes} validation pairs)"
+            f"step {step}: actor alone reaches {reach:.2f}, crashes {crash:.2f} ({result.episodes} validation pairs)"
         )
         weights_file.save(self._folder.checkpoint("last"), agent, step)
         if config.validation.snapshots:
@@ -249,13 +251,13 @@ def _close(close: Callable[[], None], closing: ExitStack) -> None:
 
 def validate(
     environment: gymnasium.Env, agent: AsDDPG, config: TrainConfig, observers: Sequence[Observer] = ()
-) -> Figures:
+) -> EvaluationResult:
     """Figures of the actor alone on the stored validation pairs."""
     pairs = stored_pairs(config.task.name, "validation", config.task.goal_radius)[: config.validation.episodes]
     return evaluate(environment, actor_alone(agent), pairs, config.task.control_timestep, observers)
 
 
-class _Checkpoints(Watcher):
+class _Checkpoints(Callback):
     """Watches, and has a checkpoint written after the step at which it is due."""
 
     def __init__(self, training: Training) -> None:

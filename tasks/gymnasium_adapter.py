@@ -11,10 +11,9 @@ from tasks.errors import TaskError
 from tasks.flat_observation import Float32Array, ScanStack
 from tasks.graphics.rendering import OffscreenRenderer
 from tasks.navigation import GOAL_BOUND, VELOCITY_BOUNDS, NavigationConfig
-from tasks.outcomes import Outcome
 from tasks.physics import FloatArray, Pose
 from tasks.registry import ALL_TASKS, load
-from tasks.rewards import Reward, dense_part
+from tasks.rewards import Outcome, Reward, dense_part
 from tasks.room_geometry.obstacles import Obstacles
 
 

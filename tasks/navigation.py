@@ -11,9 +11,8 @@ from dm_env import specs
 from tasks import constants
 from tasks.errors import TaskError
 from tasks.laser import Laser, LaserConfig
-from tasks.outcomes import Outcome
 from tasks.physics import FloatArray, Physics, Pose
-from tasks.rewards import Reward
+from tasks.rewards import Outcome, Reward
 from tasks.room_geometry.start_goal import PairRule
 
 # Bounds of the observation, wide enough for anything the robot does. The wheels' limit gives 1.2 m/s and 7.3 rad/s.

@@ -1,8 +1,16 @@
-"""Rewards of the paper (section V), every constant a field, every term kept by name."""
+"""Outcomes and rewards of the paper (section V), every constant a field, every term kept by name."""
 
 from dataclasses import dataclass
+from enum import StrEnum
 
-from tasks.outcomes import Outcome
+
+class Outcome(StrEnum):
+    """State of an episode after a step: `running`, or one of the three ends."""
+
+    RUNNING = "running"
+    REACHED = "reached"
+    CRASHED = "crashed"
+    TIMEOUT = "timeout"
 
 
 @dataclass

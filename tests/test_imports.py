@@ -4,6 +4,7 @@ import ast
 import sys
 from collections.abc import Iterator
 from functools import cache
+from graphlib import TopologicalSorter
 from pathlib import Path
 
 import pytest
@@ -71,6 +72,18 @@ def test_a_room_imports_what_its_row_says(folder: Path, ours: set[str], librarie
 def test_every_folder_has_a_row() -> None:
     folders = {path.parent for path in MODULES.values() if in_room(path.parent)}
     assert folders == {folder for folder, _, _ in ROOMS}
+
+
+def test_no_import_goes_round_in_a_circle() -> None:
+    graph = {name: imported(path) & MODULES.keys() - {name} for name, path in MODULES.items()}
+    tuple(TopologicalSorter(graph).static_order())  # raises CycleError, with the circle
+
+
+def test_programs_are_imported_by_no_module() -> None:
+    programs = {name for name, path in MODULES.items() if 'if __name__ == "__main__"' in path.read_text()}
+    assert len(programs) > 15
+    for name, path in MODULES.items():
+        assert not imported(path) & programs, f"{name} imports a program"
 
 
 def test_tests_are_imported_by_no_module() -> None:

@@ -20,8 +20,8 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-def run(words: list[str], folder: Path) -> str:
-    done = subprocess.run(words, cwd=folder, capture_output=True, text=True, check=False)
+def run(arguments: list[str], folder: Path) -> str:
+    done = subprocess.run(arguments, cwd=folder, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -54,8 +54,8 @@ def test_an_installed_wheel_trains_in_an_empty_folder(wheel: Path, tmp_path: Pat
     assert all(path.startswith(str(environment)) for path in where.split())
     listed = run([python, "-c", "from asddpg.runs.pretrained import names; print(*names())"], folder)
     assert listed.split() == names()
-    words = ["task=nav_complex", "total_steps=300", "agent.learning_starts=100", "test_episodes=2", "run_dir=here"]
-    printed = run([python, "-m", "asddpg.train", *words], folder)
+    arguments = ["task=nav_complex", "total_steps=300", "agent.learning_starts=100", "test_episodes=2", "run_dir=here"]
+    printed = run([python, "-m", "asddpg.train", *arguments], folder)
     assert "the run lies in here" in printed
     assert (folder / "here/test.json").is_file()
     assert [path.name for path in folder.iterdir()] == ["here"]

@@ -44,18 +44,18 @@ class Request:
     steps: int
     margin: float | None
     published: Path | None
-    words: tuple[str, ...]
+    arguments: tuple[str, ...]
 
 
-def request(words: Sequence[str]) -> Request:
+def request(arguments: Sequence[str]) -> Request:
     """Read a command line.
 
     Raises:
         UserError: a word means nothing here.
     """
-    options = options_in(word for word in words if "=" in word)
-    plain = [word.removeprefix("--") for word in words if "=" not in word]
-    unknown = [word for word in plain if word not in (*OWN_WORDS, *FACTORS)]
+    options = options_in(argument for argument in arguments if "=" in argument)
+    plain = [argument.removeprefix("--") for argument in arguments if "=" not in argument]
+    unknown = [argument for argument in plain if argument not in (*OWN_WORDS, *FACTORS)]
     if unknown:
         raise UserError(
             f"there is no factor {unknown[0]!r}; there are {', '.join(FACTORS)}, and {', '.join(OWN_WORDS)}"
@@ -63,7 +63,7 @@ def request(words: Sequence[str]) -> Request:
     taken = [name for name in options if name in GIVEN]
     if taken:
         raise UserError(f"{taken[0]} is what the grid sets itself; seeds=, paper_seeds=, steps= and task= are yours")
-    verbs = [word for word in plain if word in VERBS]
+    verbs = [argument for argument in plain if argument in VERBS]
     if len(verbs) > 1:
         raise UserError("list or table, not both")
     all_seeds = options.pop("seeds", "100,101,102")
@@ -102,9 +102,9 @@ def rows(asked: Request) -> dict[str, Row]:
         for name, factor in asked.factors.items():
             reference = _reference(asked, found, root, name)
             changes = {"without": factor.off, "with": factor.on} if root == "default" else {"with": factor.on}
-            for preposition, words in changes.items():
+            for preposition, arguments in changes.items():
                 title = f"{root} {preposition} {name}"
-                changed = _group(asked, root, title, agent, *factor.beside, *words)
+                changed = _group(asked, root, title, agent, *factor.beside, *arguments)
                 if changed.settings(0) != found[reference].group.settings(0):
                     found[title.replace(" ", "_")] = Row(changed, reference)
     return found
@@ -121,14 +121,14 @@ def _reference(asked: Request, found: dict[str, Row], root: str, name: str) -> s
     return added
 
 
-def _group(asked: Request, root: str, title: str, *words: str) -> Group:
+def _group(asked: Request, root: str, title: str, *arguments: str) -> Group:
     seeds = asked.paper_seeds if root == "paper" else asked.seeds
-    return Group(title, (*asked.words, *words), asked.steps, seeds)
+    return Group(title, (*asked.arguments, *arguments), asked.steps, seeds)
 
 
-def main(words: Sequence[str]) -> None:
+def main(arguments: Sequence[str]) -> None:
     """Train and draw the table, or list."""
-    asked = request(words)
+    asked = request(arguments)
     grid = rows(asked)
     if asked.margin is not None:
         if not asked.verb and any(len(row.group.seeds) > 1 for row in grid.values()):
@@ -139,7 +139,7 @@ def main(words: Sequence[str]) -> None:
 
 
 def _run(asked: Request, grid: Mapping[str, Row], groups: Mapping[str, Group]) -> str:
-    title, legend = f"{shlex.join(asked.words)}, {asked.steps} steps", _legend(asked.factors)
+    title, legend = f"{shlex.join(asked.arguments)}, {asked.steps} steps", _legend(asked.factors)
 
     def drawn(results: Results) -> str:
         return f"{report(title, grid, results)}\n\n{legend}"

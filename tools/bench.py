@@ -188,7 +188,7 @@ def _stable_baselines(config: TrainConfig, share_convolutions: bool) -> Callable
     return loop
 
 
-def main(words: Any) -> None:
+def main(arguments: Any) -> None:
     """Run the parts asked for, or all."""
     parts: dict[str, Callable[[], None]] = {
         "environment": environment,
@@ -201,7 +201,7 @@ def main(words: Any) -> None:
         "rendering": rendering.rendering,
         "checkpoint": checkpoints.checkpoint,
     }
-    for name in words or parts:
+    for name in arguments or parts:
         if name not in parts:
             raise UserError(f"there is no benchmark {name!r}; there are {', '.join(parts)}")
         print(f"== {name}")

@@ -141,9 +141,9 @@ def _has_source_column(text: str) -> bool:
     )
 
 
-def main(words: Sequence[str]) -> None:
+def main(arguments: Sequence[str]) -> None:
     """Print every fault and exit with status 1, or say that there is none."""
-    if words:
+    if arguments:
         raise UserError("the check takes no words")
     found = faults(MODELS)
     for fault in found:

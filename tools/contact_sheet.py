@@ -29,9 +29,9 @@ MOST = 400  # pictures on a sheet
 GAP = 4  # px
 
 
-def main(words: Sequence[str]) -> None:
+def main(arguments: Sequence[str]) -> None:
     """Render, lay out, write."""
-    files, options = files_and_options(words, OPTIONS)
+    files, options = files_and_options(arguments, OPTIONS)
     frames, columns = (
         _number(name, options.get(name, default)) for name, default in (("frames", "12"), ("columns", "0"))
     )

@@ -20,18 +20,18 @@ from asddpg.errors import UserError
 from asddpg.program import run
 from asddpg.runs import weights_file
 from asddpg.runs.loading import PREFIX
+from asddpg.runs.provenance import environment_hash
 from asddpg.runs.run_folder import RunFolder, open_run_folder, read_training, write_json
 from asddpg.runs.safe_loading import OURS
-from asddpg.train import hash_of
 from tasks.evaluation_pairs import stored_pairs
 from tasks.room_geometry.obstacles import Obstacles
 from tools.diagnosis.run_diagnosis import Diagnosis, Examination, Snapshot, as_json, diagnosis_of
-from tools.diagnosis.training_metrics import training_of
+from tools.diagnosis.training_metrics import read_training_metrics
 from tools.drawing.matplotlib_check import check_matplotlib
 from tools.option_arguments import options_in
 
 CONTROLLER = "controller.type"
-LARGEST = {"every": 10_000, "episodes": 50}
+MAX_COUNTS = {"every": 10_000, "episodes": 50}
 
 
 @dataclass(frozen=True)
@@ -44,41 +44,41 @@ class Wish:
     controller: str = OURS
 
 
-def wish(words: Sequence[str]) -> Wish:
+def wish(arguments: Sequence[str]) -> Wish:
     """Read the command line's words; UserError where one is wrong."""
-    options = options_in(words, ("run", *LARGEST, CONTROLLER))
+    options = options_in(arguments, ("run", *MAX_COUNTS, CONTROLLER))
     if not options.get("run"):
         raise UserError("diagnose what? run=<run_dir>, the folder of a training run")
     if options["run"].startswith(PREFIX):
         raise UserError(f"diagnose needs the folder of a training run, with its logs; {options['run']} has none")
-    numbers = {name: _number(name, options[name]) for name in LARGEST if name in options}
+    numbers = {name: _number(name, options[name]) for name in MAX_COUNTS if name in options}
     return Wish(options["run"], **numbers, controller=options.get(CONTROLLER, OURS))
 
 
 def _number(name: str, value: str) -> int:
-    if not (value.isascii() and value.isdigit() and 1 <= int(value) <= LARGEST[name]):
-        raise UserError(f"{name} must be a whole number from 1 to {LARGEST[name]}, not {value!r}")
+    if not (value.isascii() and value.isdigit() and 1 <= int(value) <= MAX_COUNTS[name]):
+        raise UserError(f"{name} must be a whole number from 1 to {MAX_COUNTS[name]}, not {value!r}")
     return int(value)
 
 
-def main(words: Sequence[str]) -> None:
+def main(arguments: Sequence[str]) -> None:
     """Drive, reckon, write, draw."""
-    asked = wish(words)
+    asked = wish(arguments)
     folder = open_run_folder(asked.run)
-    config, made_with = read_training(folder.config, asked.controller)
+    config, provenance = read_training(folder.config, asked.controller)
     config.device = "cpu"
     check_matplotlib()  # before the driving, which takes minutes
     prepare_torch()
     environment = make_environment(config.task, config.reward)
     agent = make_agent(config, environment, next(iter(folder.snapshots()), None))
     weights = weights_of(folder, agent, asked.every)
-    if hash_of(environment) != made_with.get("model_hash"):
+    if environment_hash(environment) != provenance.get("model_hash"):
         print("note: the scene's model is not the one this run was trained on")
     has_steps = folder.steps.is_file()
     if agent.controller and not has_steps:
         print(f"note: there is no {folder.steps}, so nothing is told of whom the switch preferred in training")
     # Before the driving, which takes minutes: the logs may be damaged.
-    training = training_of(folder.metrics, folder.steps if agent.controller and has_steps else None)
+    training = read_training_metrics(folder.metrics, folder.steps if agent.controller and has_steps else None)
     pairs = stored_pairs(config.task.name, "validation", config.task.goal_radius)[: asked.episodes]
     folder.diagnosis.mkdir(exist_ok=True)
     examination = Examination(config, environment, agent, pairs)
@@ -115,7 +115,7 @@ def weights_of(folder: RunFolder, agent: AsDDPG, every: int) -> list[Path]:
 def _examined(examination: Examination, agent: AsDDPG, path: Path) -> Snapshot:
     snapshot = examination.of_snapshot(weights_file.load(path, agent))
     reached = {"actor alone": snapshot.actor, "pair": snapshot.pair}
-    shares = [f"{name} reaches {figures.reach_rate.value:.2f}" for name, figures in reached.items() if figures]
+    shares = [f"{name} reaches {metrics.success_rate.value:.2f}" for name, metrics in reached.items() if metrics]
     print(f"step {snapshot.step}: {', '.join(shares)}", flush=True)
     return snapshot
 

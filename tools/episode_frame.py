@@ -29,21 +29,23 @@ OPTIONS = ("step", "time", "camera", "file", "size", "caption", "show")
 SHOWN = ("scan", "path")
 
 
-def main(words: Sequence[str]) -> None:
+def main(arguments: Sequence[str]) -> None:
     """Run the episode up to that moment, render, write."""
-    recording, options = single(words, OPTIONS)
+    recording, options = single(arguments, OPTIONS)
     camera = options.get("camera", "chase")
     width, height = picture_size(options.get("size", "1280x800"))
     given = picture_file(options["file"]) if "file" in options else None
     if options.get("caption", "true") not in ("true", "false"):
         raise UserError(f"caption must be true or false, not {options['caption']!r}")
-    shown = _shown(options.get("show", ""))
+    overlays = _shown(options.get("show", ""))
     states = EpisodeStates(recording)
     count = _count(options, states)
     step, path = _run_to(count, states)
     renderer = open_renderer(states.physics.model.ptr, width, height)
     try:
-        picture = renderer.render(states.physics.data.ptr, camera, lambda scene: _decorate(scene, shown, states, path))
+        picture = renderer.render(
+            states.physics.data.ptr, camera, lambda scene: _decorate(scene, overlays, states, path)
+        )
         image = Image.fromarray(picture)
     finally:
         renderer.close()
@@ -72,10 +74,10 @@ def _run_to(count: int, states: EpisodeStates) -> tuple[StepRecord | None, list[
     raise UserError(states.no_such_step(count))
 
 
-def _decorate(scene: mujoco.MjvScene, shown: Sequence[str], states: EpisodeStates, path: Sequence[Stretch]) -> None:
-    if "path" in shown:
+def _decorate(scene: mujoco.MjvScene, overlays: Sequence[str], states: EpisodeStates, path: Sequence[Stretch]) -> None:
+    if "path" in overlays:
         draw_path(scene, path)
-    if "scan" in shown:
+    if "scan" in overlays:
         laser = states.physics.data.ptr.body("laser")
         ranges = states.physics.ranges()
         draw_scan(scene, scan_points(laser.xpos.copy(), laser.xmat.reshape(3, 3).copy(), ranges))

@@ -23,14 +23,14 @@ from tools.recordings.episode_paths import Way, way_of
 from tools.recordings.episode_states import EpisodeStates
 
 OPTIONS = ("file", "size")
-SMALLEST, LARGEST = 200, 4000  # px
+MIN_SIDE_PX, MAX_SIDE_PX = 200, 4000  # px
 MOST = 100  # ways on a map
 FAR_AWAY = (1000.0, 1000.0, 0.0)  # m
 
 
-def main(words: Sequence[str]) -> None:
+def main(arguments: Sequence[str]) -> None:
     """Run the episodes again, render, draw, write."""
-    files, options = files_and_options(words, OPTIONS)
+    files, options = files_and_options(arguments, OPTIONS)
     size = _size(options.get("size", "900"))
     file = picture_file(options.get("file", f"{files[0].stem}_map.png"), (".png",))
     if len(files) > MOST:
@@ -74,8 +74,8 @@ def _put_away(model: mujoco.MjModel, data: mujoco.MjData, with_robot: bool) -> N
 
 
 def _size(value: str) -> int:
-    if not (value.isascii() and value.isdigit() and SMALLEST <= int(value) <= LARGEST):
-        raise UserError(f"size must be a number of pixels from {SMALLEST} to {LARGEST}, not {value!r}")
+    if not (value.isascii() and value.isdigit() and MIN_SIDE_PX <= int(value) <= MAX_SIDE_PX):
+        raise UserError(f"size must be a number of pixels from {MIN_SIDE_PX} to {MAX_SIDE_PX}, not {value!r}")
     return int(value)
 
 

@@ -53,15 +53,17 @@ class Listed:
     size: int  # bytes
 
 
-def wish(words: Sequence[str]) -> Wish:
+def wish(arguments: Sequence[str]) -> Wish:
     """Read the command line's words; UserError where one is wrong."""
-    words = list(_without_dashes(words))
+    arguments = list(_without_dashes(arguments))
     plain = [
-        word for word in words if word.partition("=")[0] not in OPTIONS and ("=" not in word or Path(word).exists())
+        argument
+        for argument in arguments
+        if argument.partition("=")[0] not in OPTIONS and ("=" not in argument or Path(argument).exists())
     ]
     if len(plain) != 1:
         raise UserError("list which recordings? python -m tools.episodes <folder> [outcome=crashed] [export=steps.csv]")
-    options = options_in((word for word in words if word not in plain), OPTIONS)
+    options = options_in((argument for argument in arguments if argument not in plain), OPTIONS)
     outcomes = [each for each in options.get("outcome", "").split(",") if each]
     unknown = [each for each in outcomes if each not in OUTCOMES]
     if unknown or ("outcome" in options and not outcomes):
@@ -73,12 +75,12 @@ def wish(words: Sequence[str]) -> Wish:
     return Wish(Path(plain[0]), outcomes, task, _number(options.get("min_steps", "0")), export)
 
 
-def _without_dashes(words: Sequence[str]) -> Iterator[str]:
+def _without_dashes(arguments: Sequence[str]) -> Iterator[str]:
     """`--export csv` as the option it stands for."""
-    rest = iter(words)
-    for word in rest:
-        if word != "--export":
-            yield word
+    rest = iter(arguments)
+    for argument in rest:
+        if argument != "--export":
+            yield argument
             continue
         kind = next(rest, "")
         if f".{kind}" not in SUFFIXES:
@@ -167,9 +169,9 @@ def aligned(lines: Sequence[Sequence[str]]) -> str:
     )
 
 
-def main(words: Sequence[str]) -> None:
+def main(arguments: Sequence[str]) -> None:
     """List, sum up, export."""
-    asked = wish(words)
+    asked = wish(arguments)
     if asked.export is not None:
         check_can_write(asked.export)
     lines: list[Sequence[str]] = [HEADER]

@@ -5,21 +5,21 @@ from collections.abc import Iterable, Sequence
 from asddpg.errors import UserError
 
 
-def options_in(words: Iterable[str], known: Sequence[str] = ()) -> dict[str, str]:
+def options_in(arguments: Iterable[str], known: Sequence[str] = ()) -> dict[str, str]:
     """Options by name.
 
     Args:
-        words: each name=value.
+        arguments: each name=value.
         known: the names there are; empty takes any.
 
     Raises:
         UserError: a word is no option, of another name, or given twice.
     """
     options: dict[str, str] = {}
-    for word in words:
-        name, equals, value = word.partition("=")
+    for argument in arguments:
+        name, equals, value = argument.partition("=")
         if not equals:
-            raise UserError(f"{word!r} is not an option of the form name=value, such as run=runs/mine")
+            raise UserError(f"{argument!r} is not an option of the form name=value, such as run=runs/mine")
         if known and name not in known:
             raise UserError(f"there is no option {name!r}; there are {', '.join(known)}")
         if name in options:

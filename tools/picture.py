@@ -41,17 +41,17 @@ class Wish:
     shadows: bool
 
 
-def wish(words: Sequence[str]) -> Wish:
+def wish(arguments: Sequence[str]) -> Wish:
     """Read the command line's words; UserError where one is wrong."""
-    plain = [word for word in words if "=" not in word]
+    plain = [argument for argument in arguments if "=" not in argument]
     if not 1 <= len(plain) <= 3:
         raise UserError(
             f"name a scene ({', '.join(tasks.ALL_TASKS)}, {ROBOT}, or a path to an .xml), then if wanted a camera, "
             "a file, and options, as in size=1280x800"
         )
     options = dict(zip(("camera", "file"), plain[1:], strict=False))
-    for word in (word for word in words if "=" in word):
-        name, value = word.split("=", 1)
+    for argument in (argument for argument in arguments if "=" in argument):
+        name, value = argument.split("=", 1)
         if name not in OPTIONS:
             raise UserError(f"there is no option {name!r}; there are {', '.join(OPTIONS)}")
         if name in options:
@@ -106,9 +106,9 @@ def _state(scene: str) -> tuple[mujoco.MjModel, mujoco.MjData]:
     return model, data
 
 
-def main(words: Sequence[str]) -> None:
+def main(arguments: Sequence[str]) -> None:
     """Render and write."""
-    asked = wish(words)
+    asked = wish(arguments)
     write(Image.fromarray(render(asked)), asked.file)
 
 

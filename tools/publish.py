@@ -25,24 +25,24 @@ from asddpg.algorithm.agent import AsDDPG
 from asddpg.build import controller_for, make_agent, make_environment, prepare_torch
 from asddpg.config import ControllerConfig, TrainConfig
 from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone, with_switch
-from asddpg.episodes.evaluation import Figures, evaluate, table
+from asddpg.episodes.evaluation import EvaluationResult, evaluate, table
 from asddpg.errors import UserError
 from asddpg.observers.progress import EpisodeBar
 from asddpg.program import run
 from asddpg.runs import policy_file, pretrained
 from asddpg.runs.loading import Trained, open_trained
 from asddpg.runs.pretrained import PretrainedFolder
+from asddpg.runs.provenance import environment_hash, versions
 from asddpg.runs.run_folder import config_text, open_run_folder, write_json
-from asddpg.train import hash_of, versions
 from tasks.evaluation_pairs import stored_pairs
 from tasks.room_geometry.held_out import Pair
 from tools.option_arguments import options_in
 from tools.publishing.card import Facts, card
 from tools.publishing.command_arguments import command_of
-from tools.publishing.failures import Drive, EndingsLog, report
+from tools.publishing.failures import DrivenEpisode, EndingsLog, report
 
 OPTIONS = ("run", "name", "checkpoint", "episodes", "overwrite", "note")
-LARGEST = 3_000_000  # bytes of weights: the repository stays small
+MAX_WEIGHT_BYTES = 3_000_000  # bytes of weights: the repository stays small
 STORED = 200  # test pairs of a task
 
 
@@ -62,15 +62,15 @@ class Wish:
 class Tested:
     """Figures by who drove, and every drive of the actor alone."""
 
-    figures: dict[str, Figures]
-    drives: list[Drive]
+    metrics: dict[str, EvaluationResult]
+    drives: list[DrivenEpisode]
     scene: str
 
 
-def wish(words: Sequence[str]) -> Wish:
+def wish(arguments: Sequence[str]) -> Wish:
     """Read the command line's words; UserError where one is wrong."""
     defaults = {"checkpoint": "last", "episodes": str(STORED), "overwrite": "false", "note": ""}
-    options = defaults | options_in(words, OPTIONS)
+    options = defaults | options_in(arguments, OPTIONS)
     if "run" not in options or "name" not in options:
         raise UserError("publish which run under which name? run=runs/mine name=nav_complex")
     if not re.fullmatch(r"[a-z][a-z0-9_]*", options["name"]):
@@ -90,9 +90,9 @@ def wish(words: Sequence[str]) -> Wish:
     )
 
 
-def main(words: Sequence[str]) -> None:
+def main(arguments: Sequence[str]) -> None:
     """Export, test what was exported, write the card; the folder is whole or not there."""
-    asked = wish(words)
+    asked = wish(arguments)
     folder = PretrainedFolder(pretrained.FOLDER / asked.name)
     if folder.path.exists() and not asked.overwrite:
         raise UserError(f"there is a pretrained policy {asked.name!r} already; overwrite=true replaces it")
@@ -129,9 +129,9 @@ def _fill(part: PretrainedFolder, asked: Wish, trained: Trained, command: str, s
     config = dataclasses.replace(trained.config, device="cpu", run_dir=None)
     environment = make_environment(config.task, config.reward)
     agent, step = _export(part, trained, config, environment)
-    part.config.write_text(config_text(dataclasses.asdict(config), trained.made_with), encoding="utf-8")
+    part.config.write_text(config_text(dataclasses.asdict(config), trained.provenance), encoding="utf-8")
     tested = _test(config, environment, agent, asked.episodes)
-    print(table(tested.figures))
+    print(table(tested.metrics))
     write_json(part.test, _test_content(asked, config, step, tested))
     facts = Facts(
         name=asked.name,
@@ -141,9 +141,9 @@ def _fill(part: PretrainedFolder, asked: Wish, trained: Trained, command: str, s
         step=step,
         seconds=seconds,
         note=asked.note,
-        made_with=trained.made_with,
+        provenance=trained.provenance,
         tested_scene=tested.scene,
-        figures=tested.figures,
+        metrics=tested.metrics,
         failures=report(tested.drives),
     )
     part.card.write_text(card(facts), encoding="utf-8")
@@ -156,10 +156,10 @@ def _export(
     learned = make_agent(config, environment)
     step = trained.load_into(learned)
     policy_file.save(part.weights, learned.networks, step)
-    if part.weights.stat().st_size > LARGEST:
+    if part.weights.stat().st_size > MAX_WEIGHT_BYTES:
         size = f"{part.weights.stat().st_size / 1e6:.1f} MB"
         raise UserError(
-            f"the weights take {size}, above the {LARGEST / 1e6:g} MB shipped at most; narrow network.widths"
+            f"the weights take {size}, above the {MAX_WEIGHT_BYTES / 1e6:g} MB shipped at most; narrow network.widths"
         )
     agent = make_agent(config, environment)
     return agent, policy_file.load_into(part.weights, agent.networks)
@@ -171,19 +171,19 @@ def _test(config: TrainConfig, environment: gymnasium.Env, agent: AsDDPG, episod
     if agent.controller is not None:
         drivers["switch"] = with_switch(agent)
     drivers["controller"] = controller_alone(controller_for(environment, config.controller))
-    figures, drives = {}, {}
+    metrics, drives = {}, {}
     for title, driver in drivers.items():
-        figures[title], drives[title] = _drive(config, environment, driver, pairs)
-    return Tested(figures, drives["actor"], hash_of(environment))
+        metrics[title], drives[title] = _drive(config, environment, driver, pairs)
+    return Tested(metrics, drives["actor"], environment_hash(environment))
 
 
 def _drive(
     config: TrainConfig, environment: gymnasium.Env, driver: FixedDriver, pairs: Sequence[Pair]
-) -> tuple[Figures, list[Drive]]:
+) -> tuple[EvaluationResult, list[DrivenEpisode]]:
     log, bar = EndingsLog(), EpisodeBar(len(pairs))
-    figures = evaluate(environment, driver, pairs, config.task.control_timestep, (log, bar))
+    metrics = evaluate(environment, driver, pairs, config.task.control_timestep, (log, bar))
     bar.close()
-    return figures, log.drives(pairs)
+    return metrics, log.drives(pairs)
 
 
 def _test_content(asked: Wish, config: TrainConfig, step: int, tested: Tested) -> dict[str, object]:
@@ -192,7 +192,7 @@ def _test_content(asked: Wish, config: TrainConfig, step: int, tested: Tested) -
         "set": f"{asked.episodes} stored test pairs",
         "checkpoint": asked.checkpoint,
         "step": step,
-        **{title: figures.as_dict() for title, figures in tested.figures.items()},
+        **{title: metrics.as_dict() for title, metrics in tested.metrics.items()},
         "outcomes": [drive.outcome for drive in tested.drives],
         "failures": [drive.as_dict() for drive in tested.drives if drive.failed],
         **versions(),

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from mcap.records import McapRecord
 
-from asddpg.errors import UserError, shown
+from asddpg.errors import UserError, truncated_repr
 from asddpg.program import run
 from asddpg.recording.files.journal_reading import in_full
 from asddpg.recording.files.mcap_file import CONFIG, METADATA
@@ -38,7 +38,9 @@ def recover(source: Path, target: Path | None = None) -> tuple[CutEpisode, Path]
     if episode is None:
         raise UserError(f"{source} holds no whole step, so there is nothing to recover")
     if target is None and episode.outcome not in OUTCOMES:
-        raise UserError(f"{source} ended in {shown(episode.outcome)}, which is no outcome: name the new file besides")
+        raise UserError(
+            f"{source} ended in {truncated_repr(episode.outcome)}, which is no outcome: name the new file besides"
+        )
     target = target or _target(source, episode.outcome)
     if target.exists():
         raise UserError(f"{target} exists already; name another file: python -m tools.recover {source} <file.mcap>")
@@ -82,14 +84,14 @@ def _stem(source: Path) -> str:
     return stem
 
 
-def main(words: Sequence[str]) -> None:
+def main(arguments: Sequence[str]) -> None:
     """Recover, and say what."""
-    if not 1 <= len(words) <= 2:
+    if not 1 <= len(arguments) <= 2:
         raise UserError("recover what? python -m tools.recover <file.mcap.part or damaged file.mcap> [<new file.mcap>]")
-    target = Path(words[1]) if len(words) == 2 else None
+    target = Path(arguments[1]) if len(arguments) == 2 else None
     if target is not None and target.suffix != MCAP:
         raise UserError(f"the new file's name must end in {MCAP}, not {target.name!r}")
-    episode, path = recover(Path(words[0]), target)
+    episode, path = recover(Path(arguments[0]), target)
     print(f"{episode.steps} steps saved, {episode.outcome}, in {path}")
 
 

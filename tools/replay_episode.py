@@ -14,14 +14,14 @@ from typing import Any, NamedTuple
 import gymnasium
 import numpy as np
 
-from asddpg.build import make_environment, watched
+from asddpg.build import make_environment, navigation_env
 from asddpg.episodes.protocols import Action
 from asddpg.errors import UserError
 from asddpg.program import run
 from asddpg.recording.files.reading import Recording, open_recording
 from asddpg.recording.samples import NANOSECONDS
+from asddpg.runs.provenance import environment_hash
 from asddpg.runs.run_folder import training_in
-from asddpg.train import hash_of
 from tasks.errors import TaskError
 from tasks.scene.state_digest import state_digest
 from tools.recordings.files import files_named
@@ -30,7 +30,7 @@ RUNNING = "running"
 OPEN_ENDS = ("cut", RUNNING)  # outcomes of recordings that do not tell how the episode ended
 
 
-class Replay(NamedTuple):
+class ReplayResult(NamedTuple):
     """What became of a recording, run again."""
 
     steps: int  # of the recording
@@ -38,7 +38,7 @@ class Replay(NamedTuple):
     difference: str  # in a sentence; empty if there is none
 
 
-def replay(recording: Recording) -> Replay:
+def replay(recording: Recording) -> ReplayResult:
     """Run a recording again.
 
     Raises:
@@ -48,7 +48,7 @@ def replay(recording: Recording) -> Replay:
     if not steps:
         raise UserError(f"{recording.path} has no steps to run again")
     recorded = recording.outcome()["outcome"]
-    return Replay(len(steps), recorded, _difference(recording, steps, recorded))
+    return ReplayResult(len(steps), recorded, _difference(recording, steps, recorded))
 
 
 def _difference(recording: Recording, steps: Sequence[Mapping[str, Any]], recorded: str) -> str:
@@ -60,10 +60,10 @@ def _difference(recording: Recording, steps: Sequence[Mapping[str, Any]], record
         action, digest = _recorded(step, number, recording)
         goal = goals.get(round(step["time"] * NANOSECONDS))
         if goal is not None:
-            watched(environment).set_goal(*goal)
+            navigation_env(environment).set_goal(*goal)
         *_, info = environment.step(action)
         outcome = info.get("outcome", RUNNING)
-        if state_digest(watched(environment).physics.data.ptr) != digest:
+        if state_digest(navigation_env(environment).physics.data.ptr) != digest:
             return f"the first to differ is step {number} (from 0) of {len(steps)}{_versions(recording.facts)}"
     return "" if recorded in (outcome, *OPEN_ENDS) else f"{outcome} in the end, {recorded} in the recording"
 
@@ -87,7 +87,7 @@ def _environment(config: str) -> tuple[gymnasium.Env, str]:
     """The environment of a configuration, and its scene's hash; the recordings of one run share it."""
     training, _ = training_in(config, "its configuration", controller=None)
     environment = make_environment(training.task, training.reward)
-    return environment, hash_of(environment)
+    return environment, environment_hash(environment)
 
 
 def _recorded(step: Mapping[str, Any], number: int, recording: Recording) -> tuple[Action, int]:
@@ -105,11 +105,11 @@ def _versions(facts: Mapping[str, str]) -> str:
     return "" if recorded == present else f"; it was made with mujoco {recorded}, this is {present}"
 
 
-def main(words: Sequence[str]) -> None:
+def main(arguments: Sequence[str]) -> None:
     """Run all again, a line each."""
-    if not words:
+    if not arguments:
         raise UserError("run what again? python -m tools.replay_episode <file.mcap or folder>…")
-    files = files_named(words)
+    files = files_named(arguments)
     status = 0
     for path in files:
         try:

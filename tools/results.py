@@ -42,13 +42,13 @@ GROUPS = {
 }
 
 
-def main(words: Sequence[str]) -> None:
+def main(arguments: Sequence[str]) -> None:
     """Train and write the table, or list."""
-    plain = [word.removeprefix("--") for word in words]
-    unknown = [word for word in plain if word not in (*OWN_WORDS, *GROUPS)]
+    plain = [argument.removeprefix("--") for argument in arguments]
+    unknown = [argument for argument in plain if argument not in (*OWN_WORDS, *GROUPS)]
     if unknown:
         raise UserError(f"there is no group {unknown[0]!r}; there are {', '.join(GROUPS)}, and {', '.join(OWN_WORDS)}")
-    verbs = [word for word in plain if word in VERBS]
+    verbs = [argument for argument in plain if argument in VERBS]
     if len(verbs) > 1:
         raise UserError("list or table, not both")
     groups = {name: group for name, group in GROUPS.items() if name in plain} or GROUPS

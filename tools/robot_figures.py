@@ -25,10 +25,10 @@ class Figure(NamedTuple):
     note: str = ""
 
 
-Figures = dict[str, dict[str, Figure]]
+EvaluationResult = dict[str, dict[str, Figure]]
 
 
-def figures(robot: RobotModel) -> Figures:
+def figures(robot: RobotModel) -> EvaluationResult:
     """All figures by section and name."""
     return {
         "mass": _mass(robot),
@@ -120,7 +120,7 @@ def _limit(value: float, unit: str, note: str = "") -> Figure:
     return Figure(float(value), unit, note) if np.isfinite(value) else Figure(None, unit, "not limited")
 
 
-def table(found: Figures) -> str:
+def table(found: EvaluationResult) -> str:
     """The figures as aligned lines, a section after the other."""
     rows = [(name, _text(figure), figure) for section in found.values() for name, figure in section.items()]
     first = max(len(name) for name, *_ in rows)
@@ -146,14 +146,14 @@ def _rounded(values: Sequence[float | str]) -> list[float | str]:
     return [value if isinstance(value, str) or abs(value) > 1e-12 else 0.0 for value in values]
 
 
-def main(words: Sequence[str]) -> None:
+def main(arguments: Sequence[str]) -> None:
     """Print."""
-    scenes = [word for word in words if word != "json"]
+    scenes = [argument for argument in arguments if argument != "json"]
     if len(scenes) > 1:
         raise UserError(f"one scene at a time, not {' and '.join(scenes)}; beside it the word json")
     physics = open_scene(scene_file(scenes[0] if scenes else ROBOT))
     found = figures(RobotModel(physics.model.ptr))
-    if "json" in words:
+    if "json" in arguments:
         plain = {title: {name: f._asdict() for name, f in section.items()} for title, section in found.items()}
         print(json.dumps(plain, ensure_ascii=False, indent=2))
     else:

@@ -31,7 +31,7 @@ def stamp(path: Path) -> int:
     with path.open(newline="", encoding="utf-8") as file:
         rows = list(csv.DictReader(file))
     for row in rows:
-        row[DIGEST] = digest(settings_of(shlex.split(row["words"])))
+        row[DIGEST] = digest(settings_of(shlex.split(row["arguments"])))
     stamped = io.StringIO(newline="")
     writer = csv.DictWriter(stamped, COLUMNS)
     writer.writeheader()
@@ -40,10 +40,10 @@ def stamp(path: Path) -> int:
     return changed
 
 
-def main(words: Sequence[str]) -> None:
+def main(arguments: Sequence[str]) -> None:
     """Stamp all published files."""
-    if words:
-        raise UserError(f"tools.stamp_published takes no words, not {words[0]!r}")
+    if arguments:
+        raise UserError(f"tools.stamp_published takes no words, not {arguments[0]!r}")
     for path in sorted(run_csv.PUBLISHED.glob("*.csv")):
         print(f"{path}: {stamp(path)} runs of other options are now taken for those of today's")
 

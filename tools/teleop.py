@@ -27,7 +27,7 @@ from tools.robot.viewer import check_screen, open_viewer
 FRAME = 0.02  # s between two pictures; the command may change with each
 
 
-class Drive:
+class TeleopSession:
     """The robot in a scene, driven by keys."""
 
     def __init__(self, physics: Physics, rule: PairRule | None = None) -> None:
@@ -74,7 +74,7 @@ class Drive:
         }
 
 
-def drive(driven: Drive) -> None:
+def drive(driven: TeleopSession) -> None:
     """The viewer with teleop, until its window is closed."""
     keys: queue.SimpleQueue[int] = queue.SimpleQueue()
     data = driven.physics.data.ptr
@@ -112,11 +112,11 @@ def show(viewer: Any, readings: dict[str, str]) -> None:
     viewer.set_texts((None, corner, "\n".join(readings), "\n".join(readings.values())))
 
 
-def main(words: Sequence[str]) -> None:
+def main(arguments: Sequence[str]) -> None:
     """Open the scene and drive."""
-    if len(words) != 1:
+    if len(arguments) != 1:
         raise UserError(f"name one scene: {', '.join(tasks.ALL_TASKS)}, {ROBOT}, or a path to an .xml")
-    path = scene_file(words[0])
+    path = scene_file(arguments[0])
     model = load_model(path)
     check_screen()
     missing = missing_elements(model)
@@ -125,8 +125,8 @@ def main(words: Sequence[str]) -> None:
         look(model)
         return
     print("\n".join(f"  {keys:<12} {meaning}" for keys, meaning in HELP), flush=True)
-    rule = definition_of(words[0]).rule(model) if words[0] in tasks.ALL_TASKS else None
-    drive(Drive(robot_physics(model, path), rule))
+    rule = definition_of(arguments[0]).rule(model) if arguments[0] in tasks.ALL_TASKS else None
+    drive(TeleopSession(robot_physics(model, path), rule))
 
 
 if __name__ == "__main__":

@@ -9,7 +9,6 @@ import torch
 from torch import Tensor
 from torch.optim import Adam
 
-from asddpg.algorithm.controllers import Controller, Remembers
 from asddpg.algorithm.exploration import OrnsteinUhlenbeckNoise
 from asddpg.algorithm.flat import FlatParameters
 from asddpg.algorithm.losses import Batch, TargetRule, bellman_targets, critic_dqn_loss, policy_loss
@@ -17,10 +16,9 @@ from asddpg.algorithm.n_step import NStepReturns
 from asddpg.algorithm.networks import CONTROLLER, POLICY, Networks
 from asddpg.algorithm.replay import Replay, Transition
 from asddpg.algorithm.reward_shaping import assisted_reward
-from asddpg.algorithm.schedules import Withdrawal
-from asddpg.annealing import Annealing
+from asddpg.algorithm.schedules import LearningRateDecay, Withdrawal
 from asddpg.config import LearningConfig
-from asddpg.episodes.protocols import Action, Decision, Driver, Observation, Step
+from asddpg.episodes.protocols import Action, Controller, Decision, Driver, Observation, StatefulController, Step
 
 
 class AsDDPG:
@@ -34,7 +32,7 @@ class AsDDPG:
         noise: OrnsteinUhlenbeckNoise,
         controller: Controller | None,
         withdrawal: Withdrawal,
-        annealing: Annealing,
+        learning_rate_decay: LearningRateDecay,
         smoothing_seed: int,
         device: torch.device,
     ) -> None:
@@ -47,7 +45,7 @@ class AsDDPG:
             noise: ε.
             controller: the training wheels; None makes this DDPG.
             withdrawal: when the actor drives alone.
-            annealing: how Adam's steps shrink.
+            learning_rate_decay: scale of the learning rates over training.
             smoothing_seed: of the noise on π' in y^A.
             device: where the networks live.
         """
@@ -66,7 +64,7 @@ class AsDDPG:
         self._critic_optimizer = Adam([self._critic_dqn.vector], lr=config.critic_learning_rate, fused=True)
         self._policy_optimizer = Adam([self._policy.vector], lr=config.actor_learning_rate, fused=True)
         self._returns = NStepReturns(config.n_steps, config.gamma)
-        self._withdrawal, self._annealing = withdrawal, annealing
+        self._withdrawal, self._learning_rate_decay = withdrawal, learning_rate_decay
         self._smoothing = torch.Generator(device).manual_seed(smoothing_seed)
         self.steps = self.updates = 0
 
@@ -152,10 +150,10 @@ class AsDDPG:
 
     def update(self, batch: Batch) -> Mapping[str, Tensor]:
         """One update: Critic-DQN by Eq. 4, policy by Eq. 5, then the soft targets."""
-        self._anneal()
+        self._decay_learning_rates()
         targets = bellman_targets(batch, self.networks, self.target, self._target_rule(batch))
         loss = critic_dqn_loss(batch, self.networks.features(batch.x), self.networks, targets)
-        self._critic_dqn.differentiate(loss.total)
+        self._critic_dqn.backward(loss.total)
         self._critic_optimizer.step()
         learned = {
             "critic_loss": loss.critic.detach(),
@@ -169,12 +167,12 @@ class AsDDPG:
             with torch.no_grad():
                 features = self.networks.features(batch.x)
             objective = policy_loss(batch, features, self.networks, self.config.imitation)
-            self._policy.differentiate(objective)
+            self._policy.backward(objective)
             self._policy_optimizer.step()
-            self._target_policy.follow(self._policy, self.config.tau)
+            self._target_policy.soft_update(self._policy, self.config.tau)
             learned["policy_loss"] = objective.detach()
 
-        self._target_critic_dqn.follow(self._critic_dqn, self.config.tau)
+        self._target_critic_dqn.soft_update(self._critic_dqn, self.config.tau)
         self.updates += 1
         return learned
 
@@ -185,8 +183,8 @@ class AsDDPG:
             noise = noise.clamp_(-2.0 * sigma, 2.0 * sigma)
         return TargetRule(self.config.gamma, self.config.critic_follows_switch, noise)
 
-    def _anneal(self) -> None:
-        scale = self._annealing.scale(self.steps)
+    def _decay_learning_rates(self) -> None:
+        scale = self._learning_rate_decay.scale(self.steps)
         self._critic_optimizer.param_groups[0]["lr"] = scale * self.config.critic_learning_rate
         self._policy_optimizer.param_groups[0]["lr"] = scale * self.config.actor_learning_rate
 
@@ -202,7 +200,7 @@ class AsDDPG:
             "withdrawal": self._withdrawal.state(),
             "returns": self._returns.state(),
             "smoothing": self._smoothing.get_state(),
-            "controller": self.controller.state() if isinstance(self.controller, Remembers) else None,
+            "controller": self.controller.state() if isinstance(self.controller, StatefulController) else None,
             "steps": self.steps,
             "updates": self.updates,
         }
@@ -222,7 +220,7 @@ class AsDDPG:
         self._withdrawal.load_state(state["withdrawal"])
         self._returns.load_state(state["returns"])
         self._smoothing.set_state(state["smoothing"])
-        if isinstance(self.controller, Remembers):
+        if isinstance(self.controller, StatefulController):
             self.controller.load_state(state["controller"])
         self.steps, self.updates = state["steps"], state["updates"]
 

@@ -1,36 +1,12 @@
 """Controllers that assist, and how a user brings another."""
 
 import importlib
-from collections.abc import Mapping, Sequence
-from typing import Any, Protocol, runtime_checkable
+from collections.abc import Sequence
 
 import numpy as np
 
-from asddpg.episodes.protocols import Action, Observation
+from asddpg.episodes.protocols import Action, Controller, Observation
 from asddpg.errors import UserError
-
-
-class Controller(Protocol):
-    """A controller: any object with this method.
-
-    A controller of one's own is named in the configuration as `controller.type=package.module:Factory` and made by
-    `Factory(gains=(…), low=…, high=…)`, low and high being the bounds of the action space. One that remembers what it
-    has seen says so by state(), plain values and arrays, and load_state(state): a resumed training needs them.
-    """
-
-    def act(self, observation: Observation) -> Action:
-        """The action for a flat observation, within the action space, physical units: float32 (action_size,)."""
-
-
-@runtime_checkable
-class Remembers(Controller, Protocol):
-    """A controller that goes by what it has seen before."""
-
-    def state(self) -> Mapping[str, Any]:
-        """What it remembers."""
-
-    def load_state(self, state: Mapping[str, Any]) -> None:
-        """Remember what state() gave."""
 
 
 class ProportionalController:

@@ -25,12 +25,12 @@ class FlatParameters:
         for parameter, part in zip(self._parameters, torch.split(self.vector, sizes), strict=True):
             parameter.data = part.view_as(parameter)
 
-    def differentiate(self, loss: Tensor) -> None:
+    def backward(self, loss: Tensor) -> None:
         """Write the gradient of `loss`, and of nothing before it, into `vector.grad`."""
         gradients = torch.autograd.grad(loss, self._parameters)
         torch.cat([gradient.reshape(-1) for gradient in gradients], out=self.vector.grad)
 
-    def follow(self, online: "FlatParameters", tau: float) -> None:
+    def soft_update(self, online: "FlatParameters", tau: float) -> None:
         """Soft update: θ' ← τ θ + (1 − τ) θ'."""
         self.vector.lerp_(online.vector, tau)
 

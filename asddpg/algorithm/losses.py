@@ -6,7 +6,7 @@ import torch
 from torch import Tensor
 
 from asddpg.algorithm.networks import CONTROLLER, POLICY, Networks
-from asddpg.algorithm.replay import Layout
+from asddpg.algorithm.replay import TransitionLayout
 
 
 class Batch(NamedTuple):
@@ -22,7 +22,7 @@ class Batch(NamedTuple):
     controller_action: Tensor  # [B, A]
 
     @classmethod
-    def unpack(cls, rows: Tensor, layout: Layout) -> "Batch":
+    def unpack(cls, rows: Tensor, layout: TransitionLayout) -> "Batch":
         """Views of packed rows, [B, layout.width]."""
         return cls(
             x=rows[:, layout.observation],
@@ -104,7 +104,7 @@ def critic_dqn_loss(batch: Batch, features: Tensor, online: Networks, targets: T
     A twin critic adds its own (y^A − Q^A(x, a))².
     """
     error = targets.y_a - online.critic(features, batch.a)
-    td_errors = by_origin(error.detach().abs(), batch.by_policy)
+    td_errors = mean_by_driver(error.detach().abs(), batch.by_policy)
     critic = torch.square(error).mean()
     if online.critic_twin is not None:
         critic = critic + torch.square(targets.y_a - online.critic_twin(features, batch.a)).mean()
@@ -116,7 +116,7 @@ def critic_dqn_loss(batch: Batch, features: Tensor, online: Networks, targets: T
     return CriticLoss(critic + switch, critic, switch, td_errors)
 
 
-def by_origin(values: Tensor, by_policy: Tensor) -> Tensor:
+def mean_by_driver(values: Tensor, by_policy: Tensor) -> Tensor:
     """Means of values, [B], over samples of POLICY and of CONTROLLER: [2], nan where there are none."""
     origin = torch.stack([by_policy, 1.0 - by_policy])
     return origin @ values / origin.sum(dim=1)
@@ -140,11 +140,11 @@ def policy_loss(batch: Batch, features: Tensor, online: Networks, imitation: flo
     with torch.no_grad():
         first = online.critic.first(features)
     action = online.policy(batch.x)
-    q: Tensor = online.critic.rate(first, action)
+    q: Tensor = online.critic.value_from_hidden(first, action)
     if imitation == 0.0:
         return -q.mean()
     with torch.no_grad():
-        is_better = online.critic.rate(first, batch.controller_action) > q
+        is_better = online.critic.value_from_hidden(first, batch.controller_action) > q
     distance = torch.square((action - batch.controller_action) / online.policy_head.half_range).sum(dim=1)
     imitation_loss: Tensor = imitation * (is_better * distance).mean()
     return imitation_loss - q.mean()

@@ -4,7 +4,7 @@ import os
 from pathlib import Path
 
 from asddpg.algorithm.networks import NetworkShape, branch_size
-from asddpg.algorithm.replay import Layout
+from asddpg.algorithm.replay import TransitionLayout
 from asddpg.config import LearningConfig
 from asddpg.errors import UserError
 
@@ -18,7 +18,7 @@ def check_memory(shape: NetworkShape, learning: LearningConfig) -> None:
     """UserError where weights or replay buffer are larger than this machine's memory."""
     branches = 2 + learning.assisted + learning.twin_critics
     _check(_COPIES * branches * branch_size(shape), "the networks take", "narrow network.widths")
-    row = Layout(shape.observation_size, len(shape.action_low)).width
+    row = TransitionLayout(shape.observation_size, len(shape.action_low)).width
     rings = 2 if learning.balanced_batches else 1
     _check(rings * learning.buffer_size * row, "the replay buffer takes", "lower agent.buffer_size")
 

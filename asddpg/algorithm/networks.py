@@ -112,9 +112,9 @@ class CriticBranch(nn.Module):
 
     def forward(self, features: Tensor, action: Tensor) -> Tensor:  # [B, F], [B, A] → [B]
         """Q^A(x, a) from the features of x."""
-        return self.rate(self.first(features), action)
+        return self.value_from_hidden(self.first(features), action)
 
-    def rate(self, first: Tensor, action: Tensor) -> Tensor:  # [B, widths[0]], [B, A] → [B]
+    def value_from_hidden(self, first: Tensor, action: Tensor) -> Tensor:  # [B, widths[0]], [B, A] → [B]
         """Q^A(x, a) from the first layer's output, which several actions at one x may share."""
         scaled = (action - self.middle) / self.half_range
         q: Tensor = self.out(self.rest(torch.cat([first, scaled], dim=1)))

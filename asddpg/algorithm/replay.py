@@ -27,7 +27,7 @@ class Replay(Protocol):
     """Where transitions are kept and drawn from."""
 
     @property
-    def layout(self) -> "Layout":
+    def layout(self) -> "TransitionLayout":
         """Where each part of a transition stands in a row."""
 
     def __len__(self) -> int:
@@ -51,7 +51,7 @@ class ReplayBuffer:
 
     def __init__(self, capacity: int, observation_size: int, action_size: int, rng: np.random.Generator) -> None:
         """Lay out room for `capacity` transitions; memory is taken as it fills."""
-        self._layout = Layout(observation_size, action_size)
+        self._layout = TransitionLayout(observation_size, action_size)
         self._rows = np.zeros((capacity, self._layout.width), dtype=np.float32)
         self._capacity = capacity
         self._rng = rng
@@ -62,7 +62,7 @@ class ReplayBuffer:
         return self._size
 
     @property
-    def layout(self) -> "Layout":
+    def layout(self) -> "TransitionLayout":
         """Where each part of a transition stands in a row."""
         return self._layout
 
@@ -115,7 +115,7 @@ class BalancedReplay:
         return len(self._policy) + len(self._controller)
 
     @property
-    def layout(self) -> "Layout":
+    def layout(self) -> "TransitionLayout":
         """Where each part of a transition stands in a row."""
         return self._policy.layout
 
@@ -140,7 +140,7 @@ class BalancedReplay:
         self._controller.load_state(state["controller"])
 
 
-class Layout:
+class TransitionLayout:
     """Columns of a packed transition: x, a, r twice, discount, σ, x', controller's action."""
 
     def __init__(self, observation_size: int, action_size: int) -> None:

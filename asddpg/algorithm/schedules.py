@@ -1,4 +1,4 @@
-"""How the training wheels come off: a schedule of episodes, or stretches of them, that the actor drives alone."""
+"""Schedules over a training: how the controller's assistance is withdrawn, and how the learning rates decay."""
 
 from typing import Any
 
@@ -73,3 +73,18 @@ class Withdrawal:
         self._steps, self._steps_since_draw = state["steps"], state["steps_since_draw"]
         self.is_alone = state["is_alone"]
         self._rng.bit_generator.state = state["rng"]
+
+
+class LearningRateDecay:
+    """Scale of the learning rates: 1, then linearly to 0 over the last part of training."""
+
+    def __init__(self, share: float, total_steps: int) -> None:
+        """Decay over the last `share` (0 to 1; 0 for never) of `total_steps` steps of training."""
+        self._share, self._total_steps = share, total_steps
+
+    def scale(self, step: int) -> float:
+        """Scale at a step of training, 0 to 1."""
+        if not self._share:
+            return 1.0
+        left = max(0.0, 1.0 - step / self._total_steps)
+        return min(1.0, left / self._share)

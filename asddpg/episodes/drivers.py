@@ -5,8 +5,7 @@ from typing import Protocol
 
 import numpy as np
 
-from asddpg.algorithm.controllers import Controller
-from asddpg.episodes.protocols import Action, Decision, Driver, Observation, Step
+from asddpg.episodes.protocols import Action, Controller, Decision, Driver, Observation, Step
 
 
 class TrainedAgent(Protocol):

@@ -7,7 +7,7 @@ from typing import Any
 from asddpg.episodes.protocols import Driver, Episode, Step
 
 
-class Tally:
+class EpisodeStats:
     """Counts the steps of one episode."""
 
     def __init__(self, info: Mapping[str, Any]) -> None:

@@ -10,8 +10,8 @@ from asddpg.episodes.protocols import Agent, Environment, Episode, Observer
 
 # Figures that tables show, with their titles and the form of their numbers.
 ROWS = {
-    "reach_rate": ("reach rate", "{:.3f}"),
-    "crash_rate": ("crash rate", "{:.3f}"),
+    "success_rate": ("success rate", "{:.3f}"),
+    "collision_rate": ("collision rate", "{:.3f}"),
     "timeout_rate": ("time-out rate", "{:.3f}"),
     "metric": ("metric", "{:.3f}"),
     "mean_time": ("mean time (s)", "{:.1f}"),
@@ -37,12 +37,12 @@ class StartGoalPair(Protocol):
 
 
 @dataclass(frozen=True)
-class Figures:
+class EvaluationResult:
     """What an evaluation measured, each figure with its 95 % interval."""
 
     episodes: int
-    reach_rate: Estimate
-    crash_rate: Estimate
+    success_rate: Estimate
+    collision_rate: Estimate
     timeout_rate: Estimate
     metric: Estimate  # −0.01 a step, +2 for reaching
     mean_time: Estimate  # seconds to the goal, of the episodes that reached it
@@ -63,7 +63,7 @@ def evaluate(
     pairs: Sequence[StartGoalPair],
     control_timestep: float,
     observers: Sequence[Observer] = (),
-) -> Figures:
+) -> EvaluationResult:
     """Drive one episode for each pair.
 
     Args:
@@ -77,18 +77,20 @@ def evaluate(
     episodes = [
         run_episode(environment, agent, observers, options={"start": pair.start, "goal": pair.goal}) for pair in pairs
     ]
-    return figures_of(episodes, [pair.shortest_path for pair in pairs], control_timestep)
+    return summarize_episodes(episodes, [pair.shortest_path for pair in pairs], control_timestep)
 
 
-def figures_of(episodes: Sequence[Episode], shortest_paths: Sequence[float], control_timestep: float) -> Figures:
+def summarize_episodes(
+    episodes: Sequence[Episode], shortest_paths: Sequence[float], control_timestep: float
+) -> EvaluationResult:
     """The figures of episodes driven along pairs with those shortest paths (m)."""
     count = len(episodes)
     reached = [episode.outcome == "reached" for episode in episodes]
     steps = sum(episode.steps for episode in episodes)
-    return Figures(
+    return EvaluationResult(
         episodes=count,
-        reach_rate=rate(sum(reached), count),
-        crash_rate=rate(sum(episode.outcome == "crashed" for episode in episodes), count),
+        success_rate=rate(sum(reached), count),
+        collision_rate=rate(sum(episode.outcome == "crashed" for episode in episodes), count),
         timeout_rate=rate(sum(episode.outcome == "timeout" for episode in episodes), count),
         metric=mean([STEP_PENALTY * e.steps + REACH_BONUS * hit for e, hit in zip(episodes, reached, strict=True)]),
         mean_time=mean([e.steps * control_timestep for e, hit in zip(episodes, reached, strict=True) if hit]),
@@ -104,13 +106,13 @@ def _spl(episode: Episode, shortest_path: float) -> float:
     return shortest_path / longest if longest > 0 else 1.0
 
 
-def table(columns: dict[str, Figures]) -> str:
+def table(columns: dict[str, EvaluationResult]) -> str:
     """Figures side by side as text, one column each."""
     lines = [f"{'':15}" + "".join(f"{name:>27}" for name in columns)]
     for field, (title, form) in ROWS.items():
-        cells = (cell(getattr(figures, field), form) for figures in columns.values())
+        cells = (cell(getattr(result, field), form) for result in columns.values())
         lines.append(f"{title:15}" + "".join(f"{cell:>27}" for cell in cells))
-    counts = ", ".join(str(figures.episodes) for figures in columns.values())
+    counts = ", ".join(str(result.episodes) for result in columns.values())
     return "\n".join([*lines, f"in brackets the 95 % interval; {counts} episodes"])
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any
 
-from asddpg.episodes.episode_stats import Tally
+from asddpg.episodes.episode_stats import EpisodeStats
 from asddpg.episodes.protocols import Agent, Environment, Episode, Observer, Step
 
 
@@ -27,21 +27,21 @@ def run_episode(
     agent.begin_episode()
     for observer in observers:
         observer.begin_episode(observation, info)
-    tally = Tally(info)
+    stats = EpisodeStats(info)
     outcome = "cut"
-    while max_steps is None or tally.steps < max_steps:
+    while max_steps is None or stats.steps < max_steps:
         decision = agent.decide(observation)
         next_observation, reward, terminated, truncated, info = environment.step(decision.action)
         step = Step(observation, decision, reward, next_observation, terminated, truncated, info)
         learned = agent.learn(step)
-        tally.add(step)
+        stats.add(step)
         for observer in observers:
             observer.step(step, learned)
         observation = next_observation
         if terminated or truncated:
             outcome = info.get("outcome", "ended" if terminated else "timeout")
             break
-    episode = tally.episode(outcome)
+    episode = stats.episode(outcome)
     for observer in observers:
         observer.end_episode(episode)
     return episode

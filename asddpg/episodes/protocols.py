@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any, Protocol, SupportsFloat
+from typing import Any, Protocol, SupportsFloat, runtime_checkable
 
 import numpy as np
 import numpy.typing as npt
@@ -72,6 +72,29 @@ class Agent(Protocol):
         """Take in a step; returns named figures of what was learned, none where nothing was."""
 
 
+class Controller(Protocol):
+    """A controller: any object with this method.
+
+    A controller of one's own is named in the configuration as `controller.type=package.module:Factory` and made by
+    `Factory(gains=(…), low=…, high=…)`, low and high being the bounds of the action space. One that remembers what it
+    has seen says so by state(), plain values and arrays, and load_state(state): a resumed training needs them.
+    """
+
+    def act(self, observation: Observation) -> Action:
+        """The action for a flat observation, within the action space, physical units: float32 (action_size,)."""
+
+
+@runtime_checkable
+class StatefulController(Controller, Protocol):
+    """A controller that goes by what it has seen before."""
+
+    def state(self) -> Mapping[str, Any]:
+        """What it remembers."""
+
+    def load_state(self, state: Mapping[str, Any]) -> None:
+        """Remember what state() gave."""
+
+
 class Observer(Protocol):
     """Watches episodes; changes nothing."""
 
@@ -85,7 +108,7 @@ class Observer(Protocol):
         """The episode is over."""
 
 
-class Watcher:
+class Callback:
     """An observer that sees nothing worth doing: a base for those who watch for one thing."""
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:

@@ -6,7 +6,7 @@ from typing import Any, SupportsFloat
 
 import numpy as np
 
-from asddpg.episodes.protocols import Observation, Step, Watcher
+from asddpg.episodes.protocols import Callback, Observation, Step
 
 LOSSES = ("critic_loss", "switch_loss", "policy_loss")  # a TD error may be nan: of a driver who is not in the batch
 
@@ -15,7 +15,7 @@ class NotFiniteError(Exception):
     """A number of a training is NaN or infinite; the message says which."""
 
 
-class FiniteCheck(Watcher):
+class FiniteCheck(Callback):
     """Watches, and ends a training by an exception where a number is NaN or infinite."""
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:

@@ -15,7 +15,7 @@ WINDOW = 100  # episodes
 
 COLUMNS = (
     "step", "episode", "outcome", "steps", "total_reward", "path_length", "controller_share",
-    "reach_100", "crash_100", "timeout_100", "critic_loss", "switch_loss", "policy_loss",
+    "success_100", "collision_100", "timeout_100", "critic_loss", "switch_loss", "policy_loss",
     "td_error_policy", "td_error_controller",
 )  # fmt: skip
 
@@ -55,7 +55,7 @@ class MetricsLog:
             tensorboard: gets the same figures.
             seconds: that the training had taken before.
         """
-        before = rows_of(metrics)
+        before = read_rows(metrics)
         self._recent = RecentEpisodes(row["outcome"] for row in before)
         self._steps, self._episodes = int(before[-1]["step"]) if before else 0, len(before)
         self._metrics_file, self._metrics = _appended(metrics, COLUMNS)
@@ -117,7 +117,7 @@ class MetricsLog:
             self._timing_file.close()
 
 
-def rows_of(path: Path) -> list[dict[str, str]]:
+def read_rows(path: Path) -> list[dict[str, str]]:
     """The rows of a table that a training writes; none where there is no file yet."""
     if not path.is_file():
         return []

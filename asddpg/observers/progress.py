@@ -6,7 +6,7 @@ from typing import SupportsFloat
 
 from tqdm import tqdm
 
-from asddpg.episodes.protocols import Driver, Episode, Step, Watcher
+from asddpg.episodes.protocols import Callback, Driver, Episode, Step
 from asddpg.observers.metrics_log import RecentEpisodes
 
 ON_TERMINAL, IN_FILE = 0.5, 10.0  # seconds between two states; a file keeps every one of them
@@ -16,7 +16,7 @@ def _interval() -> float:
     return ON_TERMINAL if sys.stderr.isatty() else IN_FILE
 
 
-class ProgressBar(Watcher):
+class ProgressBar(Callback):
     """Steps a second, time left, outcomes of the last 100 episodes, controller share of the last 1000 steps or so."""
 
     def __init__(self, total_steps: int, steps: int = 0, outcomes: Iterable[str] = ()) -> None:
@@ -49,7 +49,7 @@ class ProgressBar(Watcher):
         self._bar.close()
 
 
-class EpisodeBar(Watcher):
+class EpisodeBar(Callback):
     """Counts episodes of an evaluation."""
 
     def __init__(self, total_episodes: int) -> None:

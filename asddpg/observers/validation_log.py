@@ -5,7 +5,7 @@ from pathlib import Path
 
 from asddpg.observers.metrics_log import ScalarWriter
 
-COLUMNS = ("step", "reach_rate", "crash_rate", "metric")
+COLUMNS = ("step", "success_rate", "collision_rate", "metric")
 
 
 def write_validation(path: Path, tensorboard: ScalarWriter, row: dict[str, float]) -> None:

@@ -49,7 +49,7 @@ class Selection:
     keep: int | None = None
 
 
-def each(every: int) -> Callable[[int], bool]:
+def every_nth(every: int) -> Callable[[int], bool]:
     """The first of every so many episodes; 0 for none."""
     return lambda number: every > 0 and (number - 1) % every == 0
 

@@ -19,7 +19,7 @@ WHAT = "what.json"
 CAUSES = (NotFiniteError, PhysicsError, mujoco.FatalError)  # the last where MuJoCo's memory is full
 
 
-def what_of(error: Exception) -> str:
+def first_line(error: Exception) -> str:
     """What went wrong, in one line."""
     return str(error).splitlines()[0]
 

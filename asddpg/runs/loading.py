@@ -24,7 +24,7 @@ class Trained:
     Attributes:
         title: what it is, for people.
         config: the configuration of the training.
-        made_with: versions, and the hash of the scene.
+        provenance: versions, and the hash of the scene.
         evaluation: where figures of it are written.
         weights: the file with the weights.
         load_into: gives an agent of that configuration the trained weights; returns the training step they are of.
@@ -32,7 +32,7 @@ class Trained:
 
     title: str
     config: TrainConfig
-    made_with: dict[str, str]
+    provenance: dict[str, str]
     evaluation: Path
     weights: Path
     load_into: Callable[[AsDDPG], int]
@@ -52,26 +52,26 @@ def open_trained(run: str, checkpoint: str = "last", controller: str | None = OU
     if run.startswith(PREFIX):
         return _open_pretrained(run, checkpoint)
     folder = open_run_folder(run)
-    config, made_with = read_training(folder.config, controller)
+    config, provenance = read_training(folder.config, controller)
     weights = folder.checkpoint(checkpoint)
 
     def load_into(agent: AsDDPG) -> int:
         return checkpoint_file.load(weights, agent)
 
-    return Trained(f"{run}, {checkpoint} checkpoint", config, made_with, folder.evaluation, weights, load_into)
+    return Trained(f"{run}, {checkpoint} checkpoint", config, provenance, folder.evaluation, weights, load_into)
 
 
 def _open_pretrained(run: str, checkpoint: str) -> Trained:
     folder = open_pretrained(run.removeprefix(PREFIX))
     if checkpoint != "last":
         raise UserError(f"checkpoint={checkpoint} belongs to a run's folder; {run} has one set of weights")
-    config, made_with = read_training(folder.config)
+    config, provenance = read_training(folder.config)
 
     def load_into(agent: AsDDPG) -> int:
         return policy_file.load_into(folder.weights, agent.networks)
 
     # Into the present folder, as a baseline's: the package is not the user's to write into.
-    return Trained(run, config, made_with, Path("evaluation.json"), folder.weights, load_into)
+    return Trained(run, config, provenance, Path("evaluation.json"), folder.weights, load_into)
 
 
 def file_hash(path: Path) -> str:

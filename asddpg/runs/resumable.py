@@ -6,7 +6,7 @@ from typing import Any
 import gymnasium
 
 from asddpg.algorithm.agent import AsDDPG
-from asddpg.build import watched
+from asddpg.build import navigation_env
 from asddpg.episodes.loop import run_episode
 from asddpg.episodes.protocols import Agent, Episode, Observer
 from asddpg.episodes.random_streams import stream
@@ -35,7 +35,7 @@ class ResumableEpisodes:
         """
         environment.reset(seed=int(stream(seed, "start_goal").integers(2**31)))
         self._environment, self._agent, self._say = environment, agent, say
-        self._core = watched(environment)
+        self._core = navigation_env(environment)
         self._history = History()
         self._to_redrive: Sequence[Remembered] = ()
         self._digest: int | None = None

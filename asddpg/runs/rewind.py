@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from asddpg.atomic_write import write_whole
-from asddpg.observers.metrics_log import rows_of
+from asddpg.observers.metrics_log import read_rows
 from asddpg.runs import append_only_logs
 from asddpg.runs.checkpoints import TrainingStates
 from asddpg.runs.run_folder import RunFolder
@@ -25,7 +25,7 @@ def take_back(folder: RunFolder, state: Mapping[str, Any] | None) -> None:
     for path in folder.episodes.glob("*.mcap*"):
         if _episode_of(path) > episodes:
             path.unlink()
-    validated = {folder.snapshot(int(row["step"])).parent for row in rows_of(folder.validation)}
+    validated = {folder.snapshot(int(row["step"])).parent for row in read_rows(folder.validation)}
     for path in folder.path.glob("checkpoints/step_*"):
         if path not in validated:
             shutil.rmtree(path)

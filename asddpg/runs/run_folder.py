@@ -18,9 +18,6 @@ from asddpg.errors import UserError
 from asddpg.runs.safe_loading import OURS, beginning_of, check_controller, check_links, plain_values
 from tasks import ALL_TASKS
 
-# In `made_with`: from how many steps to how many, and when; and with what else than it began with it went on, and when.
-PROLONGED, RESUMED = "prolonged", "resumed"
-
 
 @dataclass(frozen=True)
 class RunFolder:
@@ -141,7 +138,7 @@ def new_run_folder(config: TrainConfig) -> RunFolder:
     return RunFolder(path)
 
 
-def unused(folder: Path) -> Path:
+def unused_folder(folder: Path) -> Path:
     """A folder for recordings, or, where it holds some already, the first of <folder>_2, _3, … that does not."""
     numbered = (folder.with_name(f"{folder.name}_{number}") for number in itertools.count(2))
     return next(path for path in itertools.chain([folder], numbered) if not path.is_dir() or not any(path.iterdir()))
@@ -160,9 +157,9 @@ def open_run_folder(path: str) -> RunFolder:
     return folder
 
 
-def config_text(config: dict[str, Any], made_with: dict[str, str]) -> str:
-    """What stands in a config.yaml: the resolved configuration, and versions and model hash under `made_with`."""
-    text: str = yaml.safe_dump({**config, "made_with": made_with}, sort_keys=False, allow_unicode=True)
+def config_text(config: dict[str, Any], provenance: dict[str, str]) -> str:
+    """What stands in a config.yaml: the resolved configuration, and versions and model hash under `provenance`."""
+    text: str = yaml.safe_dump({**config, "provenance": provenance}, sort_keys=False, allow_unicode=True)
     return text
 
 
@@ -186,7 +183,7 @@ def training_in(text: str | bytes, title: str, controller: str | None = OURS) ->
     Raises:
         UserError: as above.
     """
-    values, made_with = _values_in(text, title)
+    values, provenance = _values_in(text, title)
     try:
         merged = OmegaConf.merge(OmegaConf.structured(TrainConfig), values)
         config = OmegaConf.to_object(merged)
@@ -197,7 +194,7 @@ def training_in(text: str | bytes, title: str, controller: str | None = OURS) ->
     if config.task.name not in ALL_TASKS:
         raise UserError(f"{title} names no task of this version: {config.task.name!r}")
     check_controller(config, controller, title)
-    return config, made_with
+    return config, provenance
 
 
 def read_config(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
@@ -212,10 +209,10 @@ def read_config(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
 def _values_in(text: str | bytes, title: str) -> tuple[dict[str, Any], dict[str, str]]:
     try:
         values = plain_values(text)
-        made_with = {str(name): str(version) for name, version in values.pop("made_with").items()}
+        provenance = {str(name): str(version) for name, version in values.pop("provenance").items()}
     except (ValueError, AttributeError, LookupError, TypeError) as error:
         raise UserError(f"{title} is damaged or not written by asddpg.train") from error
-    return values, made_with
+    return values, provenance
 
 
 def write_json(path: Path, content: dict[str, Any]) -> None:

@@ -11,7 +11,7 @@ import yaml
 
 from asddpg.algorithm.controllers import CONTROLLERS
 from asddpg.config import ControllerConfig, TrainConfig
-from asddpg.errors import UserError, shown
+from asddpg.errors import UserError, truncated_repr
 
 OURS = ControllerConfig.type  # a controller that needs no code but the project's
 CONTROLLER = "controller.type="
@@ -74,17 +74,17 @@ def check_controller(config: TrainConfig, named: str | None, title: str) -> None
     kind = config.controller.type
     if named is not None and kind not in CONTROLLERS and kind != named:
         raise UserError(
-            f"{title} names a controller that is code of its own, {shown(kind)}; if you trust that code, say so by "
-            f"controller.type={kind}"
+            f"{title} names a controller that is code of its own, {truncated_repr(kind)}; if you trust that "
+            f"code, say so by controller.type={kind}"
         )
 
 
-def controller_named_in(words: Sequence[str]) -> str:
+def controller_named_in(arguments: Sequence[str]) -> str:
     """The controller that a user has named among the words of a command line; OURS if none."""
-    return next((word.removeprefix(CONTROLLER) for word in words if word.startswith(CONTROLLER)), OURS)
+    return next((argument.removeprefix(CONTROLLER) for argument in arguments if argument.startswith(CONTROLLER)), OURS)
 
 
-def naming(config: TrainConfig) -> str:
+def controller_argument(config: TrainConfig) -> str:
     """What a command line that makes a configuration's agent needs besides, with a space before it; often nothing."""
     kind = config.controller.type
     return "" if kind in CONTROLLERS else f" {CONTROLLER}{shlex.quote(kind)}"

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from types import FrameType
 from typing import Self, SupportsFloat
 
-from asddpg.episodes.protocols import Step, Watcher
+from asddpg.episodes.protocols import Callback, Step
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # Ctrl-C, a scheduler, a terminal that is closed
 
@@ -47,7 +47,7 @@ class StopSignals:
         self.number = self.number or number
 
 
-class StopBetweenSteps(Watcher):
+class StopBetweenSteps(Callback):
     """Watches, and ends by an exception where a signal has come; for episodes of which nothing is kept."""
 
     def __init__(self, signals: StopSignals) -> None:

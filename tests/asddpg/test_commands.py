@@ -37,8 +37,8 @@ def test_a_run_folder_explains_itself(finished_run: Path) -> None:
     config = yaml.safe_load((finished_run / "config.yaml").read_text())
     assert config["task"]["name"] == "nav_empty"
     assert config["agent"]["learning_starts"] == 100
-    assert len(config["made_with"]["model_hash"]) == 16
-    assert config["made_with"]["mujoco"].startswith("3.")
+    assert len(config["provenance"]["model_hash"]) == 16
+    assert config["provenance"]["mujoco"].startswith("3.")
     rows = read_rows(finished_run / "metrics.csv")
     assert int(rows[-1]["step"]) == 400
     assert {row["outcome"] for row in rows} <= {"reached", "crashed", "timeout", "cut"}
@@ -48,13 +48,13 @@ def test_a_run_folder_explains_itself(finished_run: Path) -> None:
     assert list((finished_run / "tensorboard").iterdir())
     tested = json.loads((finished_run / "test.json").read_text())
     assert set(tested) >= {"last", "best", "model_hash", "driver"}
-    for figure in ("reach_rate", "crash_rate", "timeout_rate", "metric", "mean_time", "spl"):
+    for figure in ("success_rate", "collision_rate", "timeout_rate", "metric", "mean_time", "spl"):
         assert len(tested["last"][figure]["ci95"]) == 2
 
 
 def test_best_is_where_validation_was_best(finished_run: Path) -> None:
     rows = read_rows(finished_run / "validation.csv")
-    best = max(rows, key=lambda row: (float(row["reach_rate"]), float(row["metric"])))
+    best = max(rows, key=lambda row: (float(row["success_rate"]), float(row["metric"])))
     kept = {name: torch.load(finished_run / f"checkpoints/{name}/agent.pt") for name in ("last", "best")}
     assert kept["last"]["step"] == 400
     # A validation is written at the end of the episode in which it falls due.
@@ -87,7 +87,7 @@ def test_a_controller_is_tried_before_anything_is_made(
 @pytest.mark.parametrize("driver", ["actor", "switch"])
 def test_evaluating_a_run(finished_run: Path, driver: str, capsys: pytest.CaptureFixture[str]) -> None:
     evaluate.main([f"run={finished_run}", "episodes=2", f"driver={driver}", "checkpoint=best"])
-    assert "reach rate" in capsys.readouterr().out
+    assert "success rate" in capsys.readouterr().out
     found = json.loads((finished_run / "evaluation.json").read_text())
     rates = [found[f"{name}_rate"]["value"] for name in ("reach", "crash", "timeout")]
     assert sum(rates) == pytest.approx(1.0)
@@ -107,15 +107,15 @@ def test_fresh_pairs_are_drawn_by_seed(tmp_path: Path, monkeypatch: pytest.Monke
 def test_baselines_need_no_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     evaluate.main(["agent=controller", "task=nav_empty", "episodes=5"])
-    assert json.loads(Path("evaluation.json").read_text())["reach_rate"]["value"] == 1.0
+    assert json.loads(Path("evaluation.json").read_text())["success_rate"]["value"] == 1.0
     evaluate.main(["agent=random", "task=nav_empty", "episodes=2"])
 
 
 def test_same_seed_twice_is_equal_to_the_last_bit(tmp_path: Path) -> None:
     """In processes of their own, one beside the other's leftovers of nothing."""
     for name in ("one", "two"):
-        words = [sys.executable, "-m", "asddpg.train", *SMALL, "seed=3", f"run_dir={tmp_path / name}"]
-        subprocess.run(words, check=True, capture_output=True)
+        arguments = [sys.executable, "-m", "asddpg.train", *SMALL, "seed=3", f"run_dir={tmp_path / name}"]
+        subprocess.run(arguments, check=True, capture_output=True)
     one, two = tmp_path / "one", tmp_path / "two"
     assert (one / "metrics.csv").read_bytes() == (two / "metrics.csv").read_bytes()
     assert (one / "validation.csv").read_bytes() == (two / "validation.csv").read_bytes()
@@ -208,13 +208,13 @@ WRONG_TRAINING = [
 ]
 
 
-@pytest.mark.parametrize(("word", "sentence"), WRONG_TRAINING)
+@pytest.mark.parametrize(("argument", "sentence"), WRONG_TRAINING)
 def test_wrong_words_are_one_sentence_and_create_nothing(
-    word: str, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    argument: str, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises((UserError, TaskError), match=sentence) as caught:
-        train.main([word])
+        train.main([argument])
     assert "\n" not in str(caught.value)
     assert not list(tmp_path.iterdir())
 
@@ -246,7 +246,7 @@ def test_a_folder_that_is_not_empty_is_left_alone(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "sentence"),
+    ("arguments", "sentence"),
     [
         ([], "run=<run_dir>"),
         (["run=nowhere"], "not the folder of a run"),
@@ -260,10 +260,12 @@ def test_a_folder_that_is_not_empty_is_left_alone(tmp_path: Path) -> None:
         (["rnu=x"], "did you mean run"),
     ],
 )
-def test_wrong_evaluations(words: list[str], sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_wrong_evaluations(
+    arguments: list[str], sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(UserError, match=sentence):
-        evaluate.main(words)
+        evaluate.main(arguments)
     assert not list(tmp_path.iterdir())
 
 
@@ -301,7 +303,7 @@ def test_checkpoints_that_are_missing_or_not_ours(
     assert not (run / "evaluation.json").exists()
 
 
-@pytest.mark.parametrize("text", ["", "- 1", "made_with: {}\ntask: {nmae: x}", "{", "task: {name: nav_empty}"])
+@pytest.mark.parametrize("text", ["", "- 1", "provenance: {}\ntask: {nmae: x}", "{", "task: {name: nav_empty}"])
 def test_a_damaged_configuration(text: str, tmp_path: Path) -> None:
     (tmp_path / "config.yaml").write_text(text)
     with pytest.raises(UserError, match="config.yaml"):

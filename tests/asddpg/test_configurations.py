@@ -15,8 +15,8 @@ from asddpg.command_line import train_config
 from asddpg.config import EvaluateConfig, PlayConfig, TrainConfig
 from asddpg.errors import UserError
 from tests.support.entry_point import Ended, arranged, ended, made_in
-from tests.support.invalid_arguments import wrong_words
-from tests.support.valid_arguments import right_words
+from tests.support.invalid_arguments import invalid_arguments
+from tests.support.valid_arguments import valid_arguments
 
 SLOW = (HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.function_scoped_fixture)
 
@@ -51,10 +51,10 @@ def check_refused(found: Ended) -> None:
     assert found.made == []
 
 
-@given(wrong_words(TrainConfig))
+@given(invalid_arguments(TrainConfig))
 @examples(150)
-def test_wrong_words_for_a_training(words: list[str]) -> None:
-    check_refused(ended(train.main, words))
+def test_wrong_words_for_a_training(arguments: list[str]) -> None:
+    check_refused(ended(train.main, arguments))
 
 
 @pytest.mark.parametrize(("program", "config"), [(evaluate, EvaluateConfig), (play, PlayConfig)])
@@ -72,23 +72,23 @@ def test_many_wrong_words(program: ModuleType, config: type, count: int) -> None
 
 
 def _refuses(main: Callable[[Sequence[str]], None], config: type, many: settings) -> None:
-    @given(wrong_words(config))
+    @given(invalid_arguments(config))
     @many
-    def refuses(words: list[str]) -> None:
-        check_refused(ended(main, words))
+    def refuses(arguments: list[str]) -> None:
+        check_refused(ended(main, arguments))
 
     refuses()
 
 
 @pytest.mark.long
 def test_wrong_words_for_processes(tmp_path_factory: pytest.TempPathFactory) -> None:
-    @given(wrong_words(TrainConfig))
+    @given(invalid_arguments(TrainConfig))
     @examples(20, fixed=False)
-    def refuses(words: list[str]) -> None:
+    def refuses(arguments: list[str]) -> None:
         folder = tmp_path_factory.mktemp("process")
         arranged(folder)
-        assume(all(_is_encodable(word) for word in words))
-        line = [sys.executable, "-m", "asddpg.train", *words]
+        assume(all(_is_encodable(argument) for argument in arguments))
+        line = [sys.executable, "-m", "asddpg.train", *arguments]
         done = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
         assert done.stdout == ""
         check_refused(Ended(done.returncode, done.stderr, made_in(folder)))
@@ -96,10 +96,10 @@ def test_wrong_words_for_processes(tmp_path_factory: pytest.TempPathFactory) -> 
     refuses()
 
 
-def _is_encodable(word: str) -> bool:
+def _is_encodable(argument: str) -> bool:
     """What no shell can hand over is left out."""
     try:
-        os.fsencode(word)
+        os.fsencode(argument)
     except UnicodeEncodeError:
         return False
     return True
@@ -114,10 +114,10 @@ CONTRADICTIONS = (
 )
 
 
-def contradicts_itself(words: Sequence[str]) -> bool:
+def contradicts_itself(arguments: Sequence[str]) -> bool:
     """Whether two words do not go together; each on its own must be right."""
     try:
-        config = train_config(words)
+        config = train_config(arguments)
     except UserError as error:
         if not any(each in str(error) for each in CONTRADICTIONS):
             raise
@@ -126,12 +126,12 @@ def contradicts_itself(words: Sequence[str]) -> bool:
 
 
 def _accepts(many: settings) -> None:
-    @given(right_words(widest=300, most_beams=300))
+    @given(valid_arguments(widest=300, most_beams=300))
     @many
-    def accepts(words: list[str]) -> None:
-        assume(not contradicts_itself(words))
+    def accepts(arguments: list[str]) -> None:
+        assume(not contradicts_itself(arguments))
         with pytest.raises(AcceptedError):
-            ended(train.main, words)
+            ended(train.main, arguments)
 
     accepts()
 
@@ -145,10 +145,10 @@ def test_many_right_words_for_a_training_begin_it() -> None:
     _accepts(examples(200, fixed=False))
 
 
-@given(right_words())
+@given(valid_arguments())
 @examples(60)
-def test_right_words_compose(words: list[str]) -> None:
-    contradicts_itself(words)  # which raises where a single word is wrong
+def test_right_words_compose(arguments: list[str]) -> None:
+    contradicts_itself(arguments)  # which raises where a single word is wrong
 
 
 @pytest.mark.parametrize("name", ["läufe", "my runs", "a(1)", "2026", "./a.b", "$x", "運転"])

@@ -57,8 +57,8 @@ def test_each_episode_is_told_in_a_line_and_recorded(capsys: pytest.CaptureFixtu
 @pytest.mark.usefixtures("here")
 def test_a_seed_gives_the_same_episodes_whoever_drives(capsys: pytest.CaptureFixture[str]) -> None:
     pairs = []
-    for words in (POLICY, [*POLICY, "driver=switch"], [*POLICY, "driver=controller"], [*POLICY, "seed=4"]):
-        play.main([*words, "episodes=2", "record.only=[2]", "record.every=0"])
+    for arguments in (POLICY, [*POLICY, "driver=switch"], [*POLICY, "driver=controller"], [*POLICY, "seed=4"]):
+        play.main([*arguments, "episodes=2", "record.only=[2]", "record.every=0"])
         ((*_, file),) = lines_of(capsys.readouterr().out)
         recording = open_recording(file)
         pairs.append((recording.start, recording.goal))
@@ -118,8 +118,8 @@ def test_ctrl_c_completes_the_recording(
 
 def test_live_and_recorded_at_once(here: Path) -> None:
     port = free_port()
-    words = ["agent=controller", "task=nav_empty", "seed=1", "episodes=1", "live=true", f"port={port}", "speed=0"]
-    thread = threading.Thread(target=play.main, args=(words,))
+    arguments = ["agent=controller", "task=nav_empty", "seed=1", "episodes=1", "live=true", f"port={port}", "speed=0"]
+    thread = threading.Thread(target=play.main, args=(arguments,))
     thread.start()
     with Viewer.when_served(port) as viewer:
         viewer.watch("/step", "/outcome")
@@ -137,10 +137,10 @@ def test_live_and_recorded_at_once(here: Path) -> None:
 def test_cameras_are_seen_live_too(here: Path, codec: str) -> None:
     """As pictures that need none before them, whatever is recorded; with nothing recorded as well."""
     port = free_port()
-    words = ["agent=controller", "task=nav_empty", "seed=1", "episodes=1", "live=true", f"port={port}", "speed=0"]
-    words += ["record.cameras=[chase]", "record.picture_size=[96,64]", f"record.codec={codec}"]
-    words += ["record.every=0"] if codec == "jpeg" else []
-    thread = threading.Thread(target=play.main, args=(words,))
+    arguments = ["agent=controller", "task=nav_empty", "seed=1", "episodes=1", "live=true", f"port={port}", "speed=0"]
+    arguments += ["record.cameras=[chase]", "record.picture_size=[96,64]", f"record.codec={codec}"]
+    arguments += ["record.every=0"] if codec == "jpeg" else []
+    thread = threading.Thread(target=play.main, args=(arguments,))
     thread.start()
     with Viewer.when_served(port) as viewer:
         viewer.watch("/camera/chase", "/step", "/outcome")
@@ -155,7 +155,7 @@ def test_cameras_are_seen_live_too(here: Path, codec: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "sentence"),
+    ("arguments", "sentence"),
     [
         ([], "play what?"),
         (["run=nowhere"], "not the folder of a run"),
@@ -173,7 +173,7 @@ def test_cameras_are_seen_live_too(here: Path, codec: str) -> None:
         ([*POLICY, "sped=1"], "did you mean speed"),
     ],
 )
-def test_wrong_words_make_nothing(here: Path, words: list[str], sentence: str) -> None:
+def test_wrong_words_make_nothing(here: Path, arguments: list[str], sentence: str) -> None:
     with pytest.raises(UserError, match=re.escape(sentence)):
-        play.main(words)
+        play.main(arguments)
     assert not list(here.iterdir())

@@ -23,8 +23,8 @@ WORDS = ["task=nav_gazebo", "network=fc2x100", f"total_steps={STEPS}", "agent.le
 WORDS += [f"validation.every={STEPS // 3}", "validation.episodes=3", "test_episodes=3", "seed=107", "record.every=10"]
 
 
-def start(*words: str) -> subprocess.Popen[bytes]:
-    program = [sys.executable, "-m", "asddpg.train", *words]
+def start(*arguments: str) -> subprocess.Popen[bytes]:
+    program = [sys.executable, "-m", "asddpg.train", *arguments]
     return subprocess.Popen(program, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from asddpg.observers.metrics_log import rows_of
+from asddpg.observers.metrics_log import read_rows
 from tests.faults.scale import scaled
 
 pytestmark = pytest.mark.faults
@@ -41,7 +41,7 @@ def test_a_long_run_does_not_grow(tmp_path: Path, capsys: pytest.CaptureFixture[
             memory = resident(process.pid)
         except (OSError, StopIteration):  # it has just ended
             break
-        rows = rows_of(run / "metrics.csv")
+        rows = read_rows(run / "metrics.csv")
         seen.append((int(rows[-1]["step"]) if rows else 0, memory, handles))
         time.sleep(min(0.2, len(rows) / 1e4))
     assert process.wait(60) == 0

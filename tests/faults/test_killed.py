@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from asddpg.observers.metrics_log import rows_of
+from asddpg.observers.metrics_log import read_rows
 from tests.faults.scale import scaled
 from tests.support.small_runs import assert_same_run
 
@@ -24,8 +24,8 @@ WORDS += ["validation.every=1000", "validation.episodes=3", "test_episodes=5"]
 PATIENCE = 1800.0  # s; others may have the processors
 
 
-def train(*words: str) -> subprocess.Popen[bytes]:
-    program = [sys.executable, "-m", "asddpg.train", *words]
+def train(*arguments: str) -> subprocess.Popen[bytes]:
+    program = [sys.executable, "-m", "asddpg.train", *arguments]
     return subprocess.Popen(program, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
@@ -34,7 +34,7 @@ def finish(process: subprocess.Popen[bytes]) -> None:
 
 
 def logged_step(run: Path) -> int:
-    rows = rows_of(run / "metrics.csv")
+    rows = read_rows(run / "metrics.csv")
     return int(rows[-1]["step"] or 0) if rows else 0
 
 
@@ -62,16 +62,16 @@ def test_runs_that_are_killed_come_out_the_same(tmp_path: Path, capsys: pytest.C
     for seed in range(RUNS):
         unbroken, run = tmp_path / f"unbroken_{seed}", tmp_path / f"killed_{seed}"
         finish(train(*WORDS, f"seed={100 + seed}", f"run_dir={unbroken}"))
-        words = [*WORDS, f"seed={100 + seed}", f"run_dir={run}"]
+        arguments = [*WORDS, f"seed={100 + seed}", f"run_dir={run}"]
         for number, step in enumerate(sorted(draws.sample(range(STEPS - 300), KILLS))):
-            process = train(*words)
+            process = train(*arguments)
             while not (run / "config.yaml").exists() and process.poll() is None:
                 time.sleep(0.01)
             was_writing = kill(process, run, step, number == seed % KILLS, draws.uniform(0, 2))
             killed, writing = killed + (process.returncode == -signal.SIGKILL), writing + was_writing
             most_lost = max(most_lost, logged_step(run) - kept_step(run))
-            words = [f"resume={run}"]
-        finish(train(*words))
+            arguments = [f"resume={run}"]
+        finish(train(*arguments))
         try:
             assert_same_run(unbroken, run)
             equal += 1

@@ -9,14 +9,14 @@ from pathlib import Path
 import numpy as np
 
 from asddpg import evaluate, train
-from asddpg.build import make_environment, watched
+from asddpg.build import make_environment, navigation_env
 from asddpg.command_line import train_config
 from asddpg.episodes.drivers import FixedDriver
 from asddpg.episodes.loop import run_episode
 from asddpg.episodes.protocols import Decision, Driver, Observation
-from asddpg.recording.recorder import Recorder, Selection, each
+from asddpg.recording.recorder import Recorder, Selection, every_nth
+from asddpg.runs.provenance import environment_hash, recording_provenance, versions
 from asddpg.runs.run_folder import config_text
-from asddpg.train import hash_of, provenance_of, versions
 from tests.conftest import TINY
 from tools.recover import recover
 
@@ -34,9 +34,9 @@ def left_behind(folder: Path) -> Path:
     """The .mcap.part that a process leaves which is killed in step CUT_AFTER; the robot turns on the spot."""
     config = train_config(["task=nav_complex"])
     environment = make_environment(config.task, config.reward)
-    made_with = versions() | {"model_hash": hash_of(environment)}
-    provenance = provenance_of(config, config_text(dataclasses.asdict(config), made_with), made_with)
-    recorder = Recorder(folder / "whole", watched(environment), provenance, Selection(each(1)), print)
+    made_with = versions() | {"model_hash": environment_hash(environment)}
+    provenance = recording_provenance(config, config_text(dataclasses.asdict(config), made_with), made_with)
+    recorder = Recorder(folder / "whole", navigation_env(environment), provenance, Selection(every_nth(1)), print)
     count = iter(range(CUT_AFTER + 1))
 
     def decide(_: Observation) -> Decision:
@@ -54,11 +54,11 @@ def left_behind(folder: Path) -> Path:
 
 def main(folder: Path) -> None:
     """Make them all, each kind in a folder of its own."""
-    for number, words in enumerate(EVALUATIONS):
+    for number, arguments in enumerate(EVALUATIONS):
         own = folder / f"evaluation_{number}"
         own.mkdir()
         os.chdir(own)
-        evaluate.main([*words, "episodes=2", "record.every=1"])
+        evaluate.main([*arguments, "episodes=2", "record.every=1"])
     train.main(["task=nav_simple", *TINY, "record.every=3", f"run_dir={folder / 'run'}"])
     recover(left_behind(folder / "killed"))
 

@@ -173,7 +173,7 @@ async function checkProvenance(reader) {
   }
   check(attached.length === 1, `there are ${attached.length} attachments ${CONFIG}`);
   const config = gunzipSync(attached[0].data).toString("utf-8");
-  check(config.startsWith("task:") && config.includes("made_with:"), `${CONFIG} holds no configuration`);
+  check(config.startsWith("task:") && config.includes("provenance:"), `${CONFIG} holds no configuration`);
 }
 
 // All files -----------------------------------------------------------------------------------------------------------

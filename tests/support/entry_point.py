@@ -23,10 +23,10 @@ class Ended(NamedTuple):
     made: list[str]  # below the working folder
 
 
-def ended(main: Callable[[Sequence[str]], None], words: Sequence[str]) -> Ended:
+def ended(main: Callable[[Sequence[str]], None], arguments: Sequence[str]) -> Ended:
     """Run a program to its end in a folder of its own, with a file and a folder that is not empty."""
     err = io.StringIO()
-    with _new_folder() as folder, _typed(words), contextlib.redirect_stderr(err):
+    with _new_folder() as folder, _typed(arguments), contextlib.redirect_stderr(err):
         status: object = 0
         try:
             run(main, "usage")
@@ -48,10 +48,10 @@ def made_in(folder: Path) -> list[str]:
 
 
 @contextlib.contextmanager
-def _typed(words: Sequence[str]) -> Iterator[None]:
+def _typed(arguments: Sequence[str]) -> Iterator[None]:
     """The command line's words, in a shell's place; a program's handler of SIGTERM does not outlive it."""
     argv, handler = sys.argv, signal.getsignal(signal.SIGTERM)
-    sys.argv = ["program", *words]
+    sys.argv = ["program", *arguments]
     try:
         yield
     finally:

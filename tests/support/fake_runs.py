@@ -28,11 +28,11 @@ def finish(
     `prefers` is Q(controller) − Q(policy) by step; without it there is no steps.npz.
     """
     folder.mkdir(parents=True)
-    made = {"run_dir": "somewhere", "made_with": {"asddpg": "0.0.9", "model_hash": model_hash}}
+    made = {"run_dir": "somewhere", "provenance": {"asddpg": "0.0.9", "model_hash": model_hash}}
     (folder / "config.yaml").write_text(yaml.safe_dump(settings | made, allow_unicode=True), encoding="utf-8")
     (folder / "metrics.csv").write_text("\n".join(_episodes(settings["total_steps"], outcomes, shares)) + "\n")
     rows = [f"{number + 1},{value},0,0" for number, value in enumerate(validations)]
-    (folder / "validation.csv").write_text("\n".join(["step,reach_rate,crash_rate,metric", *rows]) + "\n")
+    (folder / "validation.csv").write_text("\n".join(["step,success_rate,collision_rate,metric", *rows]) + "\n")
     (folder / "test.json").write_text(json.dumps({"last": _figures(reach), "best": _figures(min(reach + 0.1, 1))}))
     if prefers is not None:
         values = np.asarray(prefers, dtype=np.float32)
@@ -58,4 +58,4 @@ def _episodes(total: int, outcomes: Sequence[str], shares: Sequence[float]) -> l
 
 
 def _figures(reach: float) -> dict[str, Any]:
-    return {"reach_rate": {"value": reach, "ci95": [0, 1]}, "crash_rate": {"value": 1 - reach, "ci95": [0, 1]}}
+    return {"success_rate": {"value": reach, "ci95": [0, 1]}, "collision_rate": {"value": 1 - reach, "ci95": [0, 1]}}

@@ -82,7 +82,7 @@ DEVICES = (
 )
 
 
-def wrong_words(config: type) -> Words:
+def invalid_arguments(config: type) -> Words:
     """A command line with one thing wrong, and before or after it some right words."""
     kinds = [_unknown(config), _misspelt(config), _misfits(config), _out_of_range(config), _not_finite(config)]
     kinds += [_too_large(config), _empty(config), _with_syntax(config), _sweeps(config), _references(config), _broken()]
@@ -98,7 +98,7 @@ def wrong_words(config: type) -> Words:
 
 def _beside(wrong: Sequence[str], right: Sequence[str], is_before: bool) -> list[str]:
     # Of two words for one option the last would count.
-    others = [word for word in right if not any(word.split("=")[0] in each for each in wrong)]
+    others = [argument for argument in right if not any(argument.split("=")[0] in each for each in wrong)]
     return [*others, *wrong] if is_before else [*wrong, *others]
 
 
@@ -150,20 +150,20 @@ def _out_of_range(config: type) -> Words:
 
 def _not_finite(config: type) -> Words:
     floats = sorted(name for name, kind in options(config).items() if kind is float)
-    words = [f"{name}={value}" for name in floats for value in ("nan", "inf", "-inf", "1e999")]
-    words += [f"controller.gains={value}" for value in ("[nan,1]", "[1,inf]", "[-inf,nan]", "[1e999,1]")]
-    return st.sampled_from(words).map(lambda word: [word])
+    arguments = [f"{name}={value}" for name in floats for value in ("nan", "inf", "-inf", "1e999")]
+    arguments += [f"controller.gains={value}" for value in ("[nan,1]", "[1,inf]", "[-inf,nan]", "[1e999,1]")]
+    return st.sampled_from(arguments).map(lambda argument: [argument])
 
 
 def _too_large(config: type) -> Words:
     numbers = sorted(name for name, kind in options(config).items() if base(kind) in (int, float, list[int]))
     digits = st.sampled_from([20, 30, 309, 400, 4299, 4301, 9000])
 
-    def word(name: str, count: int, sign: str) -> list[str]:
+    def argument(name: str, count: int, sign: str) -> list[str]:
         number = f"{sign}1{'0' * count}"
         return [f"{name}=[{number},1]" if options(config)[name] == list[int] else f"{name}={number}"]
 
-    return st.builds(word, st.sampled_from(numbers), digits, st.sampled_from(["", "-"]))
+    return st.builds(argument, st.sampled_from(numbers), digits, st.sampled_from(["", "-"]))
 
 
 def _empty(config: type) -> Words:
@@ -187,9 +187,11 @@ def _references(config: type) -> Words:
 
 def _broken() -> Words:
     nested = st.builds(lambda depth, pair: [f"seed={pair[0] * depth}1{pair[1] * depth}"], st.integers(1, 400), _PAIRS)
-    noise = st.text(st.characters(exclude_characters="\0"), max_size=20).filter(lambda word: "=" not in word)
-    noise = noise.filter(lambda word: word not in ("-h", "--help"))
-    return st.one_of(st.sampled_from(BROKEN).map(lambda word: [word]), nested, noise.map(lambda word: [word]))
+    noise = st.text(st.characters(exclude_characters="\0"), max_size=20).filter(lambda argument: "=" not in argument)
+    noise = noise.filter(lambda argument: argument not in ("-h", "--help"))
+    return st.one_of(
+        st.sampled_from(BROKEN).map(lambda argument: [argument]), nested, noise.map(lambda argument: [argument])
+    )
 
 
 _PAIRS = st.sampled_from([("[", "]"), ("{a:", "}"), ("[", ""), ("(", ")")])
@@ -203,22 +205,38 @@ def _no_choice() -> Words:
     def is_no_choice(each: tuple[str, str]) -> bool:
         return "\0" not in each[1] and each[1].strip(" '\"\t\n\r") not in GROUPS[each[0]]
 
-    words = st.tuples(st.sampled_from(sorted(GROUPS)), values).filter(is_no_choice)
-    return words.map(lambda each: ["=".join(each)])
+    arguments = st.tuples(st.sampled_from(sorted(GROUPS)), values).filter(is_no_choice)
+    return arguments.map(lambda each: ["=".join(each)])
 
 
 def _wrong_driving(config: type) -> Words:
     """What only programs that drive have."""
-    words = [[], ["run=nowhere"], ["run=a_file"], ["run=full"], ["run=/proc/self"], ["run=" + "a" * 300], ["run=läufe"]]
-    words += [["run=pretrained:"], ["run=pretrained:nowhere"], ["run=pretrained:../nav_empty"], ["agent=pilot"]]
-    words += [["agent=controller"], ["agent=controller", "task=nav_foo"], ["agent=random", "task=nav_empty", "run=x"]]
-    words += [["agent=controller", "task=nav_empty", "driver=switch"], ["run=x", "controller.gains=[1,2]"]]
-    words += [["agent=random", "task=nav_empty", "checkpoint=best"]]
-    words += [["run=pretrained:nav_empty", "checkpoint=best"], ["run=pretrained:nav_empty", "task=nav_foo"]]
+    arguments = [
+        [],
+        ["run=nowhere"],
+        ["run=a_file"],
+        ["run=full"],
+        ["run=/proc/self"],
+        ["run=" + "a" * 300],
+        ["run=läufe"],
+    ]
+    arguments += [["run=pretrained:"], ["run=pretrained:nowhere"], ["run=pretrained:../nav_empty"], ["agent=pilot"]]
+    arguments += [
+        ["agent=controller"],
+        ["agent=controller", "task=nav_foo"],
+        ["agent=random", "task=nav_empty", "run=x"],
+    ]
+    arguments += [["agent=controller", "task=nav_empty", "driver=switch"], ["run=x", "controller.gains=[1,2]"]]
+    arguments += [["agent=random", "task=nav_empty", "checkpoint=best"]]
+    arguments += [["run=pretrained:nav_empty", "checkpoint=best"], ["run=pretrained:nav_empty", "task=nav_foo"]]
     drive = ["agent=controller", "task=nav_empty"]
     if config is EvaluateConfig:
-        words += [[*drive, "episodes=201"], [*drive, "record.cameras=[chase]"]]
+        arguments += [[*drive, "episodes=201"], [*drive, "record.cameras=[chase]"]]
     else:
-        words += [[*drive, "video=x.avi"], [*drive, "video=nowhere/x.mp4"], [*drive, "video=x.mp4", "camera=nosuch"]]
-        words += [[*drive, "camera=top"]]
-    return st.sampled_from(words).map(list)
+        arguments += [
+            [*drive, "video=x.avi"],
+            [*drive, "video=nowhere/x.mp4"],
+            [*drive, "video=x.mp4", "camera=nosuch"],
+        ]
+        arguments += [[*drive, "camera=top"]]
+    return st.sampled_from(arguments).map(list)

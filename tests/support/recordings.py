@@ -13,12 +13,12 @@ from tools.recordings.contents import Contents, contents_of, write_recording
 from tools.recordings.salvage import salvage
 
 
-def evaluated(folder: Path, *words: str) -> list[Path]:
+def evaluated(folder: Path, *arguments: str) -> list[Path]:
     """Recordings of an evaluation, made in a folder."""
     folder.mkdir(exist_ok=True)
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
-        evaluate.main([*words, "record.every=1"])
+        evaluate.main([*arguments, "record.every=1"])
     return sorted((folder / "evaluated_episodes").iterdir())
 
 

@@ -52,12 +52,12 @@ def at_step(patch: pytest.MonkeyPatch, step: int, act: Callable[[], None]) -> No
     patch.setattr(Training, "keep_if_due", keep_if_due)
 
 
-def stopped(words: list[str], step: int, act: Callable[[], None] = interrupt) -> int:
+def stopped(arguments: list[str], step: int, act: Callable[[], None] = interrupt) -> int:
     """Train up to a step and no further; the status that the process would have ended with."""
     with pytest.MonkeyPatch.context() as patch:
         at_step(patch, step, act)
         try:
-            train.main(words)
+            train.main(arguments)
         except Died:
             return -9
         except SystemExit as ended:

@@ -10,7 +10,7 @@ from asddpg.config import TrainConfig
 from tests.support.option_values import Words, options, rules, values_of, written
 
 
-def right_words(widest: int = 65_536, most_beams: int = 2000) -> Words:
+def valid_arguments(widest: int = 65_536, most_beams: int = 2000) -> Words:
     """Words for a training, from the whole of each range but for what decides how much memory is taken."""
     kinds, is_right = options(TrainConfig), rules(TrainConfig)
     left_out = ("live", "run_dir", "device", "controller.type", "record.cameras", "record.codec")  # sockets, pictures
@@ -38,4 +38,4 @@ def right_words(widest: int = 65_536, most_beams: int = 2000) -> Words:
     groups = st.tuples(*(st.sampled_from(choices) for choices in GROUPS.values())).map(
         lambda choices: [f"{group}={choice}" for group, choice in zip(GROUPS, choices, strict=True)]
     )
-    return st.builds(lambda chosen, words: [*chosen, *words], groups, single)
+    return st.builds(lambda chosen, arguments: [*chosen, *arguments], groups, single)

@@ -11,8 +11,7 @@ import tasks
 from tasks import NavigationConfig, Reward
 from tasks.errors import TaskError
 from tasks.gymnasium_adapter import NavigationEnv
-from tasks.outcomes import Outcome
-from tasks.rewards import REWARDS
+from tasks.rewards import REWARDS, Outcome
 from tasks.scene.state_digest import state_digest
 
 

@@ -8,14 +8,14 @@ from pathlib import Path
 import gymnasium
 import numpy as np
 
-from asddpg.build import make_agent, make_environment, prepare_torch, watched
+from asddpg.build import make_agent, make_environment, navigation_env, prepare_torch
 from asddpg.episodes.drivers import FixedDriver, with_switch
 from asddpg.episodes.loop import run_episode
 from asddpg.recording.files.reading import open_recording
-from asddpg.recording.recorder import Recorder, Selection, each
+from asddpg.recording.recorder import Recorder, Selection, every_nth
 from asddpg.runs.loading import open_trained
+from asddpg.runs.provenance import recording_provenance, versions
 from asddpg.runs.run_folder import config_text
-from asddpg.train import provenance_of, versions
 from tasks.evaluation_pairs import stored_pairs
 from tasks.room_geometry.held_out import Pair
 
@@ -34,9 +34,9 @@ def recording() -> None:
     pairs = stored_pairs(TASK, "test", trained.config.task.goal_radius)[:PAIRS]
     made_with = versions()
     settings = config_text(dataclasses.asdict(trained.config), made_with)
-    provenance = provenance_of(trained.config, settings, made_with)
+    provenance = recording_provenance(trained.config, settings, made_with)
     with tempfile.TemporaryDirectory() as folder:
-        recorder = Recorder(Path(folder), watched(environment), provenance, Selection(each(1)), print)
+        recorder = Recorder(Path(folder), navigation_env(environment), provenance, Selection(every_nth(1)), print)
         costs: list[list[float]] = []
         for _ in range(1 + ROUNDS):  # the first one warms up
             episodes = [_cost(environment, driver, pair, recorder) for pair in pairs]

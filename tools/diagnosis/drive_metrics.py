@@ -35,7 +35,7 @@ def _end(rollout: Rollout) -> End:
 
 
 @dataclass(frozen=True)
-class Driven:
+class DriveMetrics:
     """What a driver did; rates of episodes with 95 % Wilson intervals, shares of steps.
 
     Attributes:
@@ -47,8 +47,8 @@ class Driven:
     """
 
     episodes: int
-    reach_rate: Estimate
-    crash_rate: Estimate
+    success_rate: Estimate
+    collision_rate: Estimate
     timeout_rate: Estimate
     mean_steps: float
     controller_share: float
@@ -60,17 +60,17 @@ class Driven:
     ends: list[End]
 
 
-def driven(rollouts: Sequence[Rollout], task: TaskConfig) -> Driven:
+def drive_metrics(rollouts: Sequence[Rollout], task: TaskConfig) -> DriveMetrics:
     """Outcomes and actions of episodes."""
     outcomes = [rollout.outcome for rollout in rollouts]
     v, omega = np.concatenate([rollout.actions for rollout in rollouts]).T
     by_controller = np.concatenate([rollout.by_controller for rollout in rollouts])
     least, fastest_turn = task.min_linear_velocity, task.max_angular_velocity
     turns = _saturated(omega, -fastest_turn, fastest_turn)
-    return Driven(
+    return DriveMetrics(
         episodes=len(rollouts),
-        reach_rate=rate(outcomes.count("reached"), len(outcomes)),
-        crash_rate=rate(outcomes.count("crashed"), len(outcomes)),
+        success_rate=rate(outcomes.count("reached"), len(outcomes)),
+        collision_rate=rate(outcomes.count("crashed"), len(outcomes)),
         timeout_rate=rate(outcomes.count("timeout"), len(outcomes)),
         mean_steps=len(v) / len(rollouts),
         controller_share=float(by_controller.mean()),
@@ -106,7 +106,7 @@ class QBin:
 
 
 @dataclass(frozen=True)
-class Judged:
+class QCalibration:
     """Q against the return that followed; None where no state counts.
 
     Attributes:
@@ -130,16 +130,16 @@ class Judged:
     bins: list[QBin]
 
 
-def judged(q: FloatArray, rollouts: Sequence[Rollout], gamma: float, tail: Tail) -> Judged:
+def q_calibration(q: FloatArray, rollouts: Sequence[Rollout], gamma: float, tail: Tail) -> QCalibration:
     """Hold Q of all states of some episodes, one episode after the other, against what followed."""
     parts = [discounted_returns(r.rewards, gamma, r.outcome != "timeout", tail) for r in rollouts]
     low, high, counts = (np.concatenate(part) for part in zip(*parts, strict=True))
     low, high, q, states = low[counts], high[counts], q[counts], int(counts.sum())
     if not states:
-        return Judged(0, len(counts), None, None, None, None, None, [])
+        return QCalibration(0, len(counts), None, None, None, None, None, [])
     middle = (low + high) / 2
     mean_q = float(q.mean())
-    return Judged(
+    return QCalibration(
         states=states,
         left_out=len(counts) - states,
         mean_q=mean_q,

@@ -9,14 +9,14 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
 from tasks.room_geometry.obstacles import Obstacles
-from tools.diagnosis.drive_metrics import Driven, Judged
+from tools.diagnosis.drive_metrics import DriveMetrics, QCalibration
 from tools.diagnosis.rollouts import Rollout
 from tools.diagnosis.run_diagnosis import Diagnosis, Snapshot
 from tools.diagnosis.step_metrics import CELL
 from tools.drawing.plot_style import ACTOR, CONTROLLER, FOURTH, PAIR, QUARTER_COLOURS, SHARES, THIRD, Sheet, Style
 from tools.drawing.room_map import FAILURES, LOOKS, draw_cells, draw_ends, draw_room, legend_under
 
-Figures = Sequence[float | None]
+EvaluationResult = Sequence[float | None]
 
 DISTANCES = (0.3, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)  # m, told on a scale of distances
 
@@ -53,7 +53,7 @@ def _steps(diagnosis: Diagnosis) -> list[float]:
 
 def _reach(diagnosis: Diagnosis) -> Sheet:
     sheet = Sheet(_title(diagnosis, "Outcomes over training"), columns=3)
-    panels = {"reach_rate": "reached", "crash_rate": "crashed", "timeout_rate": "timed out"}
+    panels = {"success_rate": "reached", "collision_rate": "crashed", "timeout_rate": "timed out"}
     for axes, (field, title) in zip(sheet.axes, panels.items(), strict=True):
         _rates(axes, diagnosis, field)
         axes.set(title=title, xlabel="training step (thousands)", ylim=(-0.02, 1.02))
@@ -68,7 +68,7 @@ def _rates(axes: Axes, diagnosis: Diagnosis, field: str) -> None:
     pairs = [snapshot.pair for snapshot in diagnosis.snapshots if snapshot.pair is not None]
     for style, drivers in ((ACTOR, actors), (PAIR, pairs)):
         if drivers:
-            value, low, high = np.array([getattr(figures, field) for figures in drivers], dtype=float).T
+            value, low, high = np.array([getattr(metrics, field) for metrics in drivers], dtype=float).T
             axes.fill_between(steps, low, high, color=style.colour, alpha=0.15, linewidth=0)
             style.line(axes, steps, value)
     if diagnosis.controller is not None:
@@ -91,14 +91,19 @@ def _controller_share(diagnosis: Diagnosis, obstacles: Obstacles) -> Sheet:
 def _share_over_training(axes: Axes, diagnosis: Diagnosis) -> None:
     windows, preferred = diagnosis.training.windows, diagnosis.training.preferred
     axes.plot(
-        _thousands(windows.steps), _floats(windows.driven), color="0.45", marker=".", ms=3, label="driven in training"
+        _thousands(windows.steps),
+        _floats(windows.driven),
+        color="0.45",
+        marker=".",
+        ms=3,
+        label="driven in training",
     )
     if preferred.steps:
         steps = _thousands(preferred.steps)
         axes.plot(steps, preferred.shares, color=CONTROLLER.colour, marker="^", ms=3, label="preferred in training")
     pairs = [snapshot.pair for snapshot in diagnosis.snapshots if snapshot.pair is not None]
     PAIR.line(
-        axes, _steps(diagnosis), [figures.controller_share for figures in pairs], "driven by the pair, validation"
+        axes, _steps(diagnosis), [metrics.controller_share for metrics in pairs], "driven by the pair, validation"
     )
     axes.set(title="over training", xlabel="training step (thousands)", ylabel="share of the steps")
     _leave_room_above(axes)
@@ -163,8 +168,8 @@ def _q_columns(diagnosis: Diagnosis) -> dict[str, dict[str, Style]]:
     }
 
 
-def _calibration(axes: Axes, judged: Judged, style: Style) -> None:
-    q, mean, low, high = np.array([(b.q, b.mean, b.low, b.high) for b in judged.bins]).reshape(-1, 4).T
+def _calibration(axes: Axes, calibration: QCalibration, style: Style) -> None:
+    q, mean, low, high = np.array([(b.q, b.mean, b.low, b.high) for b in calibration.bins]).reshape(-1, 4).T
     axes.fill_between(q, low, high, color=style.colour, alpha=0.15, linewidth=0)
     style.line(axes, q, mean)
 
@@ -181,17 +186,20 @@ def _share_limits(panels: Sequence[Axes], is_square: bool = False) -> None:
 
 def _bias(axes: Axes, snapshots: Sequence[Snapshot], field: str, style: Style) -> None:
     steps = [snapshot.step / 1000 for snapshot in snapshots]
-    found: list[Judged] = [getattr(snapshot, field) for snapshot in snapshots]
-    low, high = _floats([judged.bias_low for judged in found]), _floats([judged.bias_high for judged in found])
+    found: list[QCalibration] = [getattr(snapshot, field) for snapshot in snapshots]
+    low, high = (
+        _floats([each.bias_low for each in found]),
+        _floats([each.bias_high for each in found]),
+    )
     axes.fill_between(steps, low, high, color=style.colour, alpha=0.15, linewidth=0)
-    style.line(axes, steps, _floats([judged.bias for judged in found]))
+    style.line(axes, steps, _floats([each.bias for each in found]))
 
 
 # Actions ----------------------------------------------------------------------------------------------------------
 
 
 def _actions(diagnosis: Diagnosis) -> Sheet:
-    drivers: dict[str, list[Driven]] = {"actor alone": [snapshot.actor for snapshot in diagnosis.snapshots]}
+    drivers: dict[str, list[DriveMetrics]] = {"actor alone": [snapshot.actor for snapshot in diagnosis.snapshots]}
     pairs = [snapshot.pair for snapshot in diagnosis.snapshots if snapshot.pair is not None]
     if pairs:
         drivers["pair"] = pairs
@@ -203,9 +211,9 @@ def _actions(diagnosis: Diagnosis) -> Sheet:
         "circling": THIRD.named("turning on the spot"),
         "nowhere": FOURTH.named("getting nowhere"),
     }
-    for axes, (title, figures) in zip(sheet.axes, drivers.items(), strict=True):
+    for axes, (title, metrics) in zip(sheet.axes, drivers.items(), strict=True):
         for field, style in fields.items():
-            style.line(axes, _steps(diagnosis), _floats([getattr(each, field) for each in figures]))
+            style.line(axes, _steps(diagnosis), _floats([getattr(each, field) for each in metrics]))
         axes.set(title=title, xlabel="training step (thousands)", ylim=(-0.02, 1.02))
     sheet.axes[0].set_ylabel("share of steps")
     sheet.legend_below()
@@ -274,6 +282,6 @@ def _thousands(steps: Sequence[float]) -> list[float]:
     return [step / 1000 for step in steps]
 
 
-def _floats(values: Figures) -> list[float]:
+def _floats(values: EvaluationResult) -> list[float]:
     """None becomes nan, which is not drawn."""
     return [float("nan") if value is None else value for value in values]

@@ -45,7 +45,7 @@ class Rollout:
     rewards: FloatArray
 
 
-class Recorder:
+class RolloutRecorder:
     """Watches an episode and keeps it."""
 
     def __init__(self, goal: tuple[float, float], reward: Callable[[Step], float]) -> None:
@@ -93,7 +93,7 @@ def drive(
         )
 
     environment.reset(seed=0)  # of the laser's noise, where it has any
-    recorders = [Recorder(pair.goal, charged) for pair in pairs]
+    recorders = [RolloutRecorder(pair.goal, charged) for pair in pairs]
     for pair, recorder in zip(pairs, recorders, strict=True):
         run_episode(environment, driver, (recorder,), options={"start": pair.start, "goal": pair.goal})
     return [recorder.rollout() for recorder in recorders]

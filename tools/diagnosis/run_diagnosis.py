@@ -14,10 +14,10 @@ from asddpg.config import TrainConfig
 from asddpg.episodes.drivers import actor_alone, controller_alone, with_switch
 from asddpg.episodes.evaluation import StartGoalPair
 from asddpg.episodes.intervals import Estimate
-from tools.diagnosis.drive_metrics import Driven, Judged, driven, judged
+from tools.diagnosis.drive_metrics import DriveMetrics, QCalibration, drive_metrics, q_calibration
 from tools.diagnosis.returns import FloatArray, Tail, tail_of
 from tools.diagnosis.rollouts import Rollout, drive, values_of
-from tools.diagnosis.training_metrics import Training
+from tools.diagnosis.training_metrics import TrainingMetrics
 
 
 @dataclass(frozen=True)
@@ -34,12 +34,12 @@ class Snapshot:
     """
 
     step: int
-    actor: Driven
-    pair: Driven | None
-    q_actor: Judged
-    q_policy: Judged | None
-    q_pair: Judged | None
-    q_controller: Judged | None
+    actor: DriveMetrics
+    pair: DriveMetrics | None
+    q_actor: QCalibration
+    q_policy: QCalibration | None
+    q_pair: QCalibration | None
+    q_controller: QCalibration | None
 
 
 @dataclass(frozen=True)
@@ -53,9 +53,9 @@ class Diagnosis:
     gamma: float
     goal_radius: float
     tail: Tail
-    controller: Driven | None
+    controller: DriveMetrics | None
     snapshots: list[Snapshot]
-    training: Training
+    training: TrainingMetrics
 
 
 class Examination:
@@ -73,9 +73,9 @@ class Examination:
     def _drive(self, driver: Any) -> list[Rollout]:
         return drive(self._environment, driver, self._pairs, self._config.agent)
 
-    def of_controller(self) -> Driven | None:
+    def of_controller(self) -> DriveMetrics | None:
         """Figures of the controller alone."""
-        return driven(self.by_controller, self._config.task) if self.by_controller else None
+        return drive_metrics(self.by_controller, self._config.task) if self.by_controller else None
 
     def of_snapshot(self, step: int) -> Snapshot:
         """Figures of the weights that the agent now has."""
@@ -85,15 +85,15 @@ class Examination:
         q_pair, q_controller = self._of_switch(by_pair)
         return Snapshot(
             step=step,
-            actor=driven(self.by_actor, self._config.task),
-            pair=driven(by_pair, self._config.task) if by_pair else None,
+            actor=drive_metrics(self.by_actor, self._config.task),
+            pair=drive_metrics(by_pair, self._config.task) if by_pair else None,
             q_actor=self._judged(alone.of_actor, self.by_actor),
             q_policy=None if alone.of_policy is None else self._judged(alone.of_policy, self.by_actor),
             q_pair=q_pair,
             q_controller=q_controller,
         )
 
-    def _of_switch(self, by_pair: Sequence[Rollout]) -> tuple[Judged | None, Judged | None]:
+    def _of_switch(self, by_pair: Sequence[Rollout]) -> tuple[QCalibration | None, QCalibration | None]:
         """Q of what the switch chose on the pair's states, and Q(controller) on the controller's."""
         if not by_pair:
             return None, None
@@ -104,12 +104,12 @@ class Examination:
         chosen = np.maximum(of_pair.of_policy, of_pair.of_controller)
         return self._judged(chosen, by_pair), self._judged(of_controller.of_controller, self.by_controller)
 
-    def _judged(self, q: FloatArray, rollouts: Sequence[Rollout]) -> Judged:
-        return judged(q, rollouts, self._config.agent.gamma, self.tail)
+    def _judged(self, q: FloatArray, rollouts: Sequence[Rollout]) -> QCalibration:
+        return q_calibration(q, rollouts, self._config.agent.gamma, self.tail)
 
 
 def diagnosis_of(
-    run: str, config: TrainConfig, examination: Examination, snapshots: list[Snapshot], training: Training
+    run: str, config: TrainConfig, examination: Examination, snapshots: list[Snapshot], training: TrainingMetrics
 ) -> Diagnosis:
     """Snapshots and training in one."""
     return Diagnosis(

@@ -22,8 +22,8 @@ WINDOWS = 40  # of training, at most
 QUARTERS = 4
 DISTANCE_BIN = 0.5  # m
 CELL = 0.4  # m, of the map
-FEWEST = 10  # steps, below which a share is not told
-LARGEST = 4 * 10**9  # bytes that steps.npz may unpack to; ten million steps are a fourth of it
+MIN_COUNT = 10  # steps, below which a share is not told
+MAX_UNPACKED_BYTES = 4 * 10**9  # bytes that steps.npz may unpack to; ten million steps are a fourth of it
 NEEDED = ("x", "y", "distance", "by_controller", "q_policy", "q_controller")  # of steps.npz
 
 
@@ -63,7 +63,7 @@ def read_steps(path: Path) -> StepArrays:
         UserError: the file is damaged.
     """
     try:
-        check_packed(path, LARGEST)
+        check_packed(path, MAX_UNPACKED_BYTES)
         with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
             return _alike({name: arrays[name] for name in NEEDED})
     except (
@@ -97,7 +97,7 @@ def _preferred(steps: StepArrays) -> npt.NDArray[np.bool_]:
 def shares_over_training(steps: StepArrays) -> Preferred:
     """How often the switch preferred the controller, in windows of training."""
     parts = [part for part in np.array_split(_preferred(steps), WINDOWS) if len(part)]
-    return Preferred(middles(len(steps["x"]), len(parts)), [float(part.mean()) for part in parts])
+    return Preferred(bin_centres(len(steps["x"]), len(parts)), [float(part.mean()) for part in parts])
 
 
 def shares_by_distance(steps: StepArrays) -> list[ByDistance]:
@@ -108,7 +108,7 @@ def shares_by_distance(steps: StepArrays) -> list[ByDistance]:
     for number, rows in enumerate(edges, start=1):
         part = (distance[rows] / DISTANCE_BIN).astype(int)
         counts = np.bincount(part)
-        told = np.flatnonzero(counts >= FEWEST)
+        told = np.flatnonzero(counts >= MIN_COUNT)
         shares = [(np.bincount(part, weights=of[rows])[told] / counts[told]).tolist() for of in (driven, preferred)]
         found.append(ByDistance(number, ((told + 0.5) * DISTANCE_BIN).tolist(), *shares))
     return found
@@ -123,15 +123,15 @@ def shares_by_place(steps: StepArrays) -> list[Cell]:
         np.bincount(part.ravel(), weights=of[last], minlength=len(counts)) / counts
         for of in (steps["by_controller"], _preferred(steps))
     )
-    middles = (cells + 0.5) * CELL
+    bin_centres = (cells + 0.5) * CELL
     return [
         Cell(round(x, 3), round(y, 3), int(count), float(drove), float(wished))
-        for (x, y), count, drove, wished in zip(middles.tolist(), counts, driven, preferred, strict=True)
-        if count >= FEWEST
+        for (x, y), count, drove, wished in zip(bin_centres.tolist(), counts, driven, preferred, strict=True)
+        if count >= MIN_COUNT
     ]
 
 
-def middles(total: float, windows: int) -> list[float]:
+def bin_centres(total: float, windows: int) -> list[float]:
     """Steps in the windows' middles."""
-    middles: list[float] = ((np.arange(windows) + 0.5) * total / windows).tolist()
-    return middles
+    bin_centres: list[float] = ((np.arange(windows) + 0.5) * total / windows).tolist()
+    return bin_centres

@@ -15,7 +15,7 @@ from tools.diagnosis.step_metrics import (
     ByDistance,
     Cell,
     Preferred,
-    middles,
+    bin_centres,
     read_steps,
     shares_by_distance,
     shares_by_place,
@@ -41,7 +41,7 @@ class Windows:
 
 
 @dataclass(frozen=True)
-class Training:
+class TrainingMetrics:
     """All that is told of a training; what needs a step log and a controller is empty where there is none."""
 
     windows: Windows
@@ -50,7 +50,7 @@ class Training:
     by_place: list[Cell]
 
 
-def training_of(metrics: Path, steps: Path | None) -> Training:
+def read_training_metrics(metrics: Path, steps: Path | None) -> TrainingMetrics:
     """Figures of metrics.csv and, if given, of steps.npz.
 
     Raises:
@@ -58,9 +58,9 @@ def training_of(metrics: Path, steps: Path | None) -> Training:
     """
     windows = windows_of(metrics)
     if steps is None:
-        return Training(windows, Preferred([], []), [], [])
+        return TrainingMetrics(windows, Preferred([], []), [], [])
     log = read_steps(steps)
-    return Training(windows, shares_over_training(log), shares_by_distance(log), shares_by_place(log))
+    return TrainingMetrics(windows, shares_over_training(log), shares_by_distance(log), shares_by_place(log))
 
 
 def windows_of(metrics: Path) -> Windows:
@@ -94,7 +94,7 @@ def _windows(rows: list[dict[str, str]]) -> Windows:
         return _means(values, lengths, window, windows)
 
     return Windows(
-        middles(total, windows), means("controller_share"), means("td_error_policy"), means("td_error_controller")
+        bin_centres(total, windows), means("controller_share"), means("td_error_policy"), means("td_error_controller")
     )
 
 

@@ -9,15 +9,15 @@ from asddpg.errors import UserError
 from tasks.graphics.headless import mujoco
 from tasks.graphics.rendering import OffscreenRenderer
 
-LARGEST = 4096  # px
+MAX_SIDE_PX = 4096  # px
 
 
 def picture_size(value: str) -> tuple[int, int]:
     """Width and height in px from a word as 1280x800; UserError where it is none."""
     match = re.fullmatch(r"(\d{1,5})x(\d{1,5})", value)
     width, height = (int(match[1]), int(match[2])) if match else (0, 0)
-    if not (0 < width <= LARGEST and 0 < height <= LARGEST):
-        raise UserError(f"size must be as in 1280x800, at most {LARGEST}x{LARGEST} px, not {value!r}")
+    if not (0 < width <= MAX_SIDE_PX and 0 < height <= MAX_SIDE_PX):
+        raise UserError(f"size must be as in 1280x800, at most {MAX_SIDE_PX}x{MAX_SIDE_PX} px, not {value!r}")
     return width, height
 
 

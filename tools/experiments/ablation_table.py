@@ -9,12 +9,12 @@ from tools.experiments.markdown import markdown
 from tools.experiments.run_groups import Group
 from tools.experiments.run_tables import COLUMNS, LEGEND, Column, Result, Results, missing_note, over_seeds
 
-EFFECT_ON = "reach_last"
+EFFECT_ON = "success_last"
 SHOWN = (
-    "reach_last",
-    "crash_last",
-    "reach_best",
-    "reach_training",
+    "success_last",
+    "collision_last",
+    "success_best",
+    "success_training",
     "share_end",
     "switch_prefers",
     "last_five",
@@ -59,7 +59,7 @@ def _chance_note(root: str, rows: Mapping[str, Row], results: Results) -> list[s
 
 
 def _by_seed(results: Sequence[Result]) -> dict[int, float]:
-    values = {result.seed: getattr(result.figures, EFFECT_ON) for result in results}
+    values = {result.seed: getattr(result.metrics, EFFECT_ON) for result in results}
     return {seed: value for seed, value in values.items() if value is not None}
 
 
@@ -93,7 +93,7 @@ def effect(results: Sequence[Result], reference: Sequence[Result]) -> Estimate:
 
 def _line(group: Group, against: str, results: Sequence[Result], difference: Estimate | None) -> list[str]:
     column = COLUMNS[EFFECT_ON]
-    by_seed = [column.cell(Estimate(getattr(result.figures, EFFECT_ON), None, None)) for result in results]
+    by_seed = [column.cell(Estimate(getattr(result.metrics, EFFECT_ON), None, None)) for result in results]
     return [
         group.title + against + missing_note(group, results),
         ", ".join(str(result.seed) for result in results),

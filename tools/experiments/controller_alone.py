@@ -12,8 +12,8 @@ from asddpg.config import ControllerConfig, TaskConfig, TrainConfig
 from asddpg.episodes.drivers import controller_alone
 from asddpg.episodes.evaluation import ROWS, cell, evaluate
 from asddpg.episodes.intervals import Estimate
+from asddpg.runs.provenance import versions
 from asddpg.runs.run_folder import write_json
-from asddpg.train import versions
 from tasks.evaluation_pairs import stored_pairs
 from tools.experiments.current_scenes import scene_today
 from tools.experiments.markdown import markdown
@@ -73,9 +73,9 @@ def _drive(path: Path, config: TrainConfig) -> Mapping[str, Any]:
     environment = make_environment(config.task, config.reward)
     driver = controller_alone(controller_for(environment, config.controller))
     pairs = stored_pairs(config.task.name, "test", config.task.goal_radius)
-    figures = evaluate(environment, driver, pairs, config.task.control_timestep)
+    metrics = evaluate(environment, driver, pairs, config.task.control_timestep)
     path.parent.mkdir(parents=True, exist_ok=True)
-    write_json(path, {**_asked(config), **figures.as_dict(), **versions()})
+    write_json(path, {**_asked(config), **metrics.as_dict(), **versions()})
     print(f"measured the controller alone: {title_of(config)}", flush=True)
     return json.loads(path.read_text(encoding="utf-8"))  # type: ignore[no-any-return]
 

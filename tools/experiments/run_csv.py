@@ -15,16 +15,16 @@ from pathlib import Path
 
 from asddpg.errors import UserError
 from tools.experiments.run_groups import Group, settings_of
-from tools.experiments.run_metrics import RunFigures
+from tools.experiments.run_metrics import RunMetrics
 from tools.experiments.run_store import Settings
 from tools.experiments.run_tables import Results
 
 PUBLISHED = Path(__file__).resolve().parents[2] / "docs" / "runs"
-FIGURES = tuple(field.name for field in dataclasses.fields(RunFigures))
+FIGURES = tuple(field.name for field in dataclasses.fields(RunMetrics))
 MADE_WITH = ("asddpg", "model_hash")
 DIGEST = "options_digest"
 DIGITS = 16  # of a digest
-COLUMNS = ("group", "seed", *FIGURES, *MADE_WITH, "folder", "words", DIGEST)
+COLUMNS = ("group", "seed", *FIGURES, *MADE_WITH, "folder", "arguments", DIGEST)
 
 
 @dataclass(frozen=True)
@@ -32,17 +32,17 @@ class PublishedRun:
     """A finished run that lies elsewhere, or nowhere any more; `place` is where it lay."""
 
     settings: Settings
-    made_with: Mapping[str, str]
-    figures: RunFigures
+    provenance: Mapping[str, str]
+    metrics: RunMetrics
     place: str
 
 
 @dataclass(frozen=True)
 class _Row:
-    figures: RunFigures
-    made_with: Mapping[str, str]
+    metrics: RunMetrics
+    provenance: Mapping[str, str]
     place: str
-    words: tuple[str, ...]
+    arguments: tuple[str, ...]
 
 
 def write_csv(path: Path, groups: Mapping[str, Group], results: Results) -> None:
@@ -52,11 +52,11 @@ def write_csv(path: Path, groups: Mapping[str, Group], results: Results) -> None
         writer.writerow(COLUMNS)
         for name, found in results.items():
             for result in found:
-                figures = dataclasses.astuple(result.figures)
-                made = [result.run.made_with.get(key, "") for key in MADE_WITH]
-                words = shlex.join((*groups[name].options, f"seed={result.seed}"))
+                metrics = dataclasses.astuple(result.metrics)
+                made = [result.run.provenance.get(key, "") for key in MADE_WITH]
+                arguments = shlex.join((*groups[name].options, f"seed={result.seed}"))
                 options = digest(groups[name].settings(result.seed))
-                writer.writerow([name, result.seed, *figures, *made, result.run.place, words, options])
+                writer.writerow([name, result.seed, *metrics, *made, result.run.place, arguments, options])
 
 
 def digest(settings: Settings) -> str:
@@ -74,7 +74,7 @@ def published_runs(path: Path, groups: Mapping[str, Group]) -> list[PublishedRun
     all_settings = [group.settings(seed) for group in groups.values() for seed in group.seeds]
     asked = {digest(settings): settings for settings in all_settings}
     return [
-        PublishedRun(asked[options], row.made_with, row.figures, row.place)
+        PublishedRun(asked[options], row.provenance, row.metrics, row.place)
         for options, row in rows.items()
         if options in asked
     ]
@@ -86,12 +86,12 @@ def outdated(path: Path) -> int:
     Raises:
         UserError: there is no file, or it is damaged or of another kind.
     """
-    return sum(options != _digest_today(row.words) for options, row in _rows(path).items())
+    return sum(options != _digest_today(row.arguments) for options, row in _rows(path).items())
 
 
-def _digest_today(words: tuple[str, ...]) -> str | None:
+def _digest_today(arguments: tuple[str, ...]) -> str | None:
     try:
-        return digest(settings_of(words))
+        return digest(settings_of(arguments))
     except UserError:  # an option of then is none of today
         return None
 
@@ -116,8 +116,8 @@ def _row(row: Mapping[str, str]) -> _Row:
     cut = any(row[name] is None for name in COLUMNS)  # as csv reads a row that is cut short
     if cut or len(row[DIGEST]) != DIGITS:  # the last column may be what is cut
         raise ValueError(f"the row of {row['group']}, seed {row['seed']}, is cut short")
-    figures = {name: float(row[name]) if row[name] else None for name in FIGURES}
-    if not all(math.isfinite(value) for value in figures.values() if value is not None):
+    metrics = {name: float(row[name]) if row[name] else None for name in FIGURES}
+    if not all(math.isfinite(value) for value in metrics.values() if value is not None):
         raise ValueError(f"a figure of {row['group']}, seed {row['seed']}, is no finite number")
-    made_with = {name: row[name] for name in MADE_WITH if row[name]}
-    return _Row(RunFigures(**figures), made_with, row["folder"], tuple(shlex.split(row["words"])))
+    provenance = {name: row[name] for name in MADE_WITH if row[name]}
+    return _Row(RunMetrics(**metrics), provenance, row["folder"], tuple(shlex.split(row["arguments"])))

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from tools.experiments.run_csv import PublishedRun, outdated, published_runs, write_csv
 from tools.experiments.run_groups import Group, finished, missing
-from tools.experiments.run_metrics import figures_of
+from tools.experiments.run_metrics import read_run_metrics
 from tools.experiments.run_provenance import provenance
 from tools.experiments.run_store import StoredRun, stored_runs
 from tools.experiments.run_tables import Result, Results
@@ -82,7 +82,7 @@ def results_of(groups: Mapping[str, Group], known: Known) -> Results:
 
 
 def _result(run: StoredRun | PublishedRun) -> Result:
-    return Result(run, run.figures if isinstance(run, PublishedRun) else figures_of(run))
+    return Result(run, run.metrics if isinstance(run, PublishedRun) else read_run_metrics(run))
 
 
 def _published_sentence(groups: Mapping[str, Group], published: Path | None) -> str:
@@ -115,5 +115,5 @@ def plan(groups: Mapping[str, Group], known: Known) -> str:
 
 
 def _speed(stored: Sequence[StoredRun]) -> tuple[float, str]:
-    speeds = [speed for run in stored if (speed := figures_of(run).steps_per_second)]
+    speeds = [speed for run in stored if (speed := read_run_metrics(run).steps_per_second)]
     return (statistics.median(speeds), "as measured here") if speeds else (STEPS_PER_SECOND, "a guess")

@@ -18,7 +18,7 @@ class Group:
     """Runs that differ in their seed alone."""
 
     title: str
-    words: tuple[str, ...]
+    arguments: tuple[str, ...]
     steps: int
     seeds: Sequence[int]
 
@@ -26,7 +26,7 @@ class Group:
     def options(self) -> tuple[str, ...]:
         """The words of `python -m asddpg.train` that its runs share."""
         every = max(1, self.steps // VALIDATIONS)
-        return (f"total_steps={self.steps}", f"validation.every={every}", *self.words)
+        return (f"total_steps={self.steps}", f"validation.every={every}", *self.arguments)
 
     def settings(self, seed: int) -> Settings:
         """What a run of it must have been trained with; UserError where a word is wrong."""
@@ -38,18 +38,18 @@ class Run:
     """A run to train."""
 
     name: str
-    words: tuple[str, ...]
+    arguments: tuple[str, ...]
     settings: Settings
 
 
-def settings_of(words: Sequence[str]) -> Settings:
+def settings_of(arguments: Sequence[str]) -> Settings:
     """Every option that bears on the learning, with its value; UserError where a word is wrong."""
-    return with_effect(dataclasses.asdict(_composed(tuple(words))))
+    return with_effect(dataclasses.asdict(_composed(tuple(arguments))))
 
 
 @functools.cache
-def _composed(words: tuple[str, ...]) -> TrainConfig:
-    return train_config(words)
+def _composed(arguments: tuple[str, ...]) -> TrainConfig:
+    return train_config(arguments)
 
 
 def finished(groups: Mapping[str, Group], known: Sequence[R]) -> dict[str, list[R]]:

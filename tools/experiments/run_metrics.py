@@ -12,7 +12,7 @@ import numpy as np
 
 from asddpg.errors import UserError
 from asddpg.runs.safe_loading import check_packed
-from tools.diagnosis.step_metrics import LARGEST
+from tools.diagnosis.step_metrics import MAX_UNPACKED_BYTES
 from tools.experiments.run_store import StoredRun
 
 LAST_EPISODES = 200
@@ -20,14 +20,14 @@ VALIDATIONS_COUNTED = 5
 
 
 @dataclass(frozen=True)
-class RunFigures:
+class RunMetrics:
     """What a run gave; None where there was nothing to measure. Rates and shares are from 0 to 1."""
 
     # Of the last 200 training episodes: noise on, controller as far as its schedule lets it.
-    reach_training: float | None
-    reach_last: float | None  # actor alone on the stored test pairs, checkpoint last
-    crash_last: float | None
-    reach_best: float | None  # the same, checkpoint best
+    success_training: float | None
+    success_last: float | None  # actor alone on the stored test pairs, checkpoint last
+    collision_last: float | None
+    success_best: float | None  # the same, checkpoint best
     share_1: float | None  # controller's share of the steps, by quarter of training
     share_2: float | None
     share_3: float | None
@@ -41,7 +41,7 @@ class RunFigures:
     memory_mb: float | None  # peak
 
 
-def figures_of(run: StoredRun) -> RunFigures:
+def read_run_metrics(run: StoredRun) -> RunMetrics:
     """Read a run's files.
 
     Raises:
@@ -53,13 +53,13 @@ def figures_of(run: StoredRun) -> RunFigures:
         raise UserError(f"{run.folder.path} lacks a figure; remove it to train it again") from error
 
 
-def _figures(run: StoredRun) -> RunFigures:
+def _figures(run: StoredRun) -> RunMetrics:
     episodes = _rows(run.folder.metrics)
-    reaches = [float(row["reach_rate"]) for row in _rows(run.folder.validation)] if _is_validated(run) else []
+    reaches = [float(row["success_rate"]) for row in _rows(run.folder.validation)] if _is_validated(run) else []
     resources = json.loads(run.folder.resources.read_text(encoding="utf-8"))
     total = run.settings["total_steps"]
-    return RunFigures(
-        reach_training=_reach(episodes),
+    return RunMetrics(
+        success_training=_reach(episodes),
         **_tested(run),
         **_shares(episodes, total, run.settings["agent"]["assisted"]),
         switch_prefers=_switch_prefers(run.folder.steps, total),
@@ -86,12 +86,12 @@ def _reach(episodes: Sequence[dict[str, str]]) -> float | None:
 
 def _tested(run: StoredRun) -> dict[str, Any]:
     if not run.settings["test_episodes"]:
-        return {"reach_last": None, "crash_last": None, "reach_best": None}
+        return {"success_last": None, "collision_last": None, "success_best": None}
     tested = json.loads(run.folder.test.read_text(encoding="utf-8"))
     return {
-        "reach_last": tested["last"]["reach_rate"]["value"],
-        "crash_last": tested["last"]["crash_rate"]["value"],
-        "reach_best": tested["best"]["reach_rate"]["value"],
+        "success_last": tested["last"]["success_rate"]["value"],
+        "collision_last": tested["last"]["collision_rate"]["value"],
+        "success_best": tested["best"]["success_rate"]["value"],
     }
 
 
@@ -112,7 +112,7 @@ def _switch_prefers(path: Path, total: int) -> float | None:
     """Unlike its share, the schedule that takes the controller away does not touch it."""
     if not path.exists():
         return None
-    check_packed(path, LARGEST)
+    check_packed(path, MAX_UNPACKED_BYTES)
     # Opened here: of a damaged one np.load leaves its own open.
     with path.open("rb") as file, np.load(file, allow_pickle=False) as steps:
         q_policy, q_controller = (steps[name][round(0.9 * total) :] for name in ("q_policy", "q_controller"))

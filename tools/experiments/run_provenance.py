@@ -1,6 +1,6 @@
 """What the runs of a table were made with: version and scenes, and a warning where a scene is not today's."""
 
-from asddpg.train import versions
+from asddpg.runs.provenance import versions
 from tasks import ALL_TASKS
 from tools.experiments.current_scenes import scene_today
 from tools.experiments.run_tables import Results
@@ -17,10 +17,10 @@ def provenance(results: Results) -> str:
     scenes: Scenes = {}
     for run in runs:
         scene = (run.settings["task"]["name"], run.settings["task"]["laser"]["num_beams"])
-        scenes.setdefault(scene, set()).add(run.made_with.get("model_hash", UNKNOWN))
-    made_with = ", ".join(sorted({run.made_with.get("asddpg", UNKNOWN) for run in runs}))
+        scenes.setdefault(scene, set()).add(run.provenance.get("model_hash", UNKNOWN))
+    provenance = ", ".join(sorted({run.provenance.get("asddpg", UNKNOWN) for run in runs}))
     named = "; ".join(f"{_title(scene)} {', '.join(sorted(hashes))}" for scene, hashes in scenes.items())
-    return " ".join([f"Trained with asddpg {made_with}; scene {named}.", *_mixed(scenes), *_changed(scenes)])
+    return " ".join([f"Trained with asddpg {provenance}; scene {named}.", *_mixed(scenes), *_changed(scenes)])
 
 
 def _title(scene: tuple[str, int]) -> str:

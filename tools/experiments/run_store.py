@@ -10,8 +10,8 @@ from typing import Any, Protocol, TypeVar
 
 from asddpg.errors import UserError
 from asddpg.runs.lock import RunLock
-from asddpg.runs.run_folder import PROLONGED, RESUMED, RunFolder, read_config
-from asddpg.train import versions
+from asddpg.runs.provenance import PROLONGED, RESUMED, versions
+from asddpg.runs.run_folder import RunFolder, read_config
 
 Settings = dict[str, Any]
 SHOWN_DIFFERENCES = 3
@@ -27,7 +27,7 @@ class FinishedRun(Protocol):
         """Every option that bears on the learning."""
 
     @property
-    def made_with(self) -> Mapping[str, str]:
+    def provenance(self) -> Mapping[str, str]:
         """Versions, and the hash of the scene."""
 
     @property
@@ -44,7 +44,7 @@ class StoredRun:
 
     folder: RunFolder
     settings: Settings
-    made_with: dict[str, str]
+    provenance: dict[str, str]
 
     @property
     def place(self) -> str:
@@ -61,7 +61,7 @@ def stored_runs(folder: Path) -> list[StoredRun]:
     runs = []
     for path in sorted(folder.glob("*/")):
         run = RunFolder(path)
-        if is_finished(run) and (read := _read(run)) and is_of_a_piece(read[1]):
+        if is_finished(run) and (read := _read(run)) and is_unmodified(read[1]):
             runs.append(StoredRun(run, *read))
     return runs
 
@@ -81,14 +81,14 @@ def is_begun(path: Path, settings: Settings) -> bool:
     return (
         read is not None
         and read[0] == settings
-        and is_of_a_piece(read[1])
+        and is_unmodified(read[1])
         and all(read[1].get(name) == version for name, version in today.items())
     )
 
 
-def is_of_a_piece(made_with: Mapping[str, str]) -> bool:
+def is_unmodified(provenance: Mapping[str, str]) -> bool:
     """Whether a run was made from beginning to end with what it began with, and with its schedules."""
-    return PROLONGED not in made_with and RESUMED not in made_with
+    return PROLONGED not in provenance and RESUMED not in provenance
 
 
 def find(settings: Settings, runs: Sequence[R]) -> R | None:
@@ -96,7 +96,7 @@ def find(settings: Settings, runs: Sequence[R]) -> R | None:
     return next((run for run in runs if run.settings == settings), None)
 
 
-def make_room(path: Path, settings: Settings) -> str:
+def archive_existing(path: Path, settings: Settings) -> str:
     """Free the folder of a run to train: what is there is kept under another name.
 
     Returns:
@@ -128,8 +128,8 @@ def differences(old: Settings, new: Settings) -> list[str]:
     ]
 
 
-def _named(found: Sequence[str], made_with: Mapping[str, str]) -> str:
-    if PROLONGED in made_with:
+def _named(found: Sequence[str], provenance: Mapping[str, str]) -> str:
+    if PROLONGED in provenance:
         return "was prolonged after its schedules had ended"
     if not found:
         return "was begun with other versions, or in another scene"
@@ -148,10 +148,10 @@ def flat(settings: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, A
 
 def _read(run: RunFolder) -> tuple[Settings, dict[str, str]] | None:
     try:
-        settings, made_with = read_config(run.config)
+        settings, provenance = read_config(run.config)
     except (UserError, OSError):
         return None
-    return with_effect(settings), made_with
+    return with_effect(settings), provenance
 
 
 def with_effect(settings: Settings) -> Settings:

@@ -7,7 +7,7 @@ from asddpg.episodes.evaluation import cell
 from asddpg.episodes.intervals import Estimate, mean
 from tools.experiments.markdown import markdown
 from tools.experiments.run_groups import Group
-from tools.experiments.run_metrics import RunFigures
+from tools.experiments.run_metrics import RunMetrics
 from tools.experiments.run_store import FinishedRun
 
 LEGEND = (
@@ -35,10 +35,10 @@ class Column:
 
 
 COLUMNS = {
-    "reach_training": Column("reach while training"),
-    "reach_last": Column("reach alone, last"),
-    "crash_last": Column("crash alone, last"),
-    "reach_best": Column("reach alone, best"),
+    "success_training": Column("reach while training"),
+    "success_last": Column("reach alone, last"),
+    "collision_last": Column("crash alone, last"),
+    "success_best": Column("reach alone, best"),
     "share_1": Column("controller 1/4"),
     "share_2": Column("2/4"),
     "share_3": Column("3/4"),
@@ -58,7 +58,7 @@ class Result:
     """A finished run with its figures."""
 
     run: FinishedRun
-    figures: RunFigures
+    metrics: RunMetrics
 
     @property
     def seed(self) -> int:
@@ -71,7 +71,7 @@ Results = Mapping[str, Sequence[Result]]
 
 def over_seeds(results: Sequence[Result], figure: str) -> Estimate:
     """Mean of a figure with its interval; of the runs that have it."""
-    values = [getattr(result.figures, figure) for result in results]
+    values = [getattr(result.metrics, figure) for result in results]
     return mean([value for value in values if value is not None])
 
 
@@ -81,7 +81,7 @@ def runs_table(groups: Mapping[str, Group], results: Results) -> str:
     for name, group in groups.items():
         found = results[name]
         for result in found:
-            cells = [column.cell(Estimate(getattr(result.figures, key), None, None)) for key, column in COLUMNS.items()]
+            cells = [column.cell(Estimate(getattr(result.metrics, key), None, None)) for key, column in COLUMNS.items()]
             rows.append([f"{group.title}, seed {result.seed}", *cells])
         if found:
             title = f"**mean of {len(found)}**{missing_note(group, found)}"

@@ -14,7 +14,7 @@ from pathlib import Path
 from asddpg.errors import UserError
 from asddpg.runs.safe_loading import CONTROLLER
 from tools.experiments.run_groups import Run
-from tools.experiments.run_store import is_begun, make_room
+from tools.experiments.run_store import archive_existing, is_begun
 
 AT_ONCE = 2
 LOOK_EVERY = 0.2  # seconds
@@ -69,21 +69,23 @@ def _train(waiting: deque[Run], folder: Path, lock: int) -> list[Run]:
 def _start(run: Run, folder: Path, lock: int) -> _Training:
     path = folder / run.name
     goes_on = is_begun(path, run.settings)
-    if not goes_on and (said := make_room(path, run.settings)):
+    if not goes_on and (said := archive_existing(path, run.settings)):
         print(said, flush=True)
     with log_of(run, folder).open("ab" if goes_on else "wb") as log:
         # In a session of its own, so that Ctrl-C reaches it once, through _stop.
         # It holds the lock too: should this program be killed, nobody else touches the folder before it has ended.
-        words = command(run, path, goes_on)
-        process = subprocess.Popen(words, stdout=log, stderr=log, start_new_session=True, pass_fds=(lock,))
+        arguments = command(run, path, goes_on)
+        process = subprocess.Popen(arguments, stdout=log, stderr=log, start_new_session=True, pass_fds=(lock,))
     return _Training(run, process)
 
 
 def command(run: Run, path: Path, goes_on: bool) -> list[str]:
     """What trains a run, from its beginning or from its last checkpoint."""
     if not goes_on:
-        return [sys.executable, "-m", "asddpg.train", *run.words, f"run_dir={path}"]
-    own = [word for word in run.words if word.startswith(CONTROLLER)]  # code, which a resumed run wants named
+        return [sys.executable, "-m", "asddpg.train", *run.arguments, f"run_dir={path}"]
+    own = [
+        argument for argument in run.arguments if argument.startswith(CONTROLLER)
+    ]  # code, which a resumed run wants named
     return [sys.executable, "-m", "asddpg.train", f"resume={path}", *own]
 
 

@@ -39,7 +39,7 @@ def _falls_short(name: str, reference: str, rows: Mapping[str, Row], results: Re
 
 def _first_reach(name: str, rows: Mapping[str, Row], results: Results) -> float | None:
     first = rows[name].group.seeds[0]
-    return next((getattr(result.figures, EFFECT_ON) for result in results[name] if result.seed == first), None)
+    return next((getattr(result.metrics, EFFECT_ON) for result in results[name] if result.seed == first), None)
 
 
 def _references(name: str, rows: Mapping[str, Row]) -> set[str]:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from string import Template
 
 from asddpg.config import TaskConfig, TrainConfig
-from asddpg.episodes.evaluation import ROWS, Figures, cell
+from asddpg.episodes.evaluation import ROWS, EvaluationResult, cell
 from tasks import gymnasium_id
 from tools.experiments.markdown import markdown
 
@@ -78,7 +78,7 @@ class Facts:
         step: of the training that the weights are of.
         seconds: that the training took.
         note: how it was chosen, or nothing.
-        made_with: versions and scene of the training.
+        provenance: versions and scene of the training.
         tested_scene: hash of the scene it was tested in.
         figures: by who drove, as in DRIVERS.
         failures: Markdown on where it fails.
@@ -91,9 +91,9 @@ class Facts:
     step: int
     seconds: float
     note: str
-    made_with: dict[str, str]
+    provenance: dict[str, str]
     tested_scene: str
-    figures: dict[str, Figures]
+    metrics: dict[str, EvaluationResult]
     failures: str
 
 
@@ -109,9 +109,9 @@ def card(facts: Facts) -> str:
         checkpoint=chosen,
         command=facts.command,
         circumstances=_circumstances(facts),
-        episodes=next(iter(facts.figures.values())).episodes,
+        episodes=next(iter(facts.metrics.values())).episodes,
         scene_note=_scene_note(facts),
-        figures=_figures(facts.figures),
+        metrics=_figures(facts.metrics),
         failures=facts.failures,
         limits=_limits(config),
         snippet=_snippet(facts.name, config.task),
@@ -119,9 +119,9 @@ def card(facts: Facts) -> str:
 
 
 def _circumstances(facts: Facts) -> str:
-    made_with = dict(facts.made_with)
-    scene = made_with.pop("model_hash")
-    versions = ", ".join(f"{name} {version}" for name, version in made_with.items())
+    provenance = dict(facts.provenance)
+    scene = provenance.pop("model_hash")
+    versions = ", ".join(f"{name} {version}" for name, version in provenance.items())
     text = (
         f"Seed {facts.config.seed}, {facts.seconds / 60:.1f} minutes on {facts.config.device}; scene {scene}. With "
         f"{versions}. On one machine with the same versions the command gives the same weights again."
@@ -130,18 +130,18 @@ def _circumstances(facts: Facts) -> str:
 
 
 def _scene_note(facts: Facts) -> str:
-    if facts.tested_scene == facts.made_with["model_hash"]:
+    if facts.tested_scene == facts.provenance["model_hash"]:
         return ""
     return f"The scene has changed since the training: these are figures in {facts.tested_scene}.\n"
 
 
-def _figures(figures: dict[str, Figures]) -> str:
-    columns = figures.values()
+def _figures(metrics: dict[str, EvaluationResult]) -> str:
+    columns = metrics.values()
     rows = [
         [title, *(cell(getattr(column, field), form) for column in columns)] for field, (title, form) in ROWS.items()
     ]
     rows.append(["controller's share of the steps", *(f"{column.controller_share:.3f}" for column in columns)])
-    return markdown(["", *(DRIVERS[name] for name in figures)], rows)
+    return markdown(["", *(DRIVERS[name] for name in metrics)], rows)
 
 
 def _limits(config: TrainConfig) -> str:

@@ -28,16 +28,16 @@ def words_of(config: TrainConfig) -> list[str]:
     Raises:
         UserError: as above.
     """
-    words = [f"task={config.task.name}"]
-    defaults = train_config(words)
+    arguments = [f"task={config.task.name}"]
+    defaults = train_config(arguments)
     for group in ("agent", "reward", "network"):
         name = getattr(config, group).name
         if name != getattr(defaults, group).name:
-            words.append(f"{group}={name}")
-    words += _differences(config, train_config(words))
-    if _differences(config, train_config(words)):
+            arguments.append(f"{group}={name}")
+    arguments += _differences(config, train_config(arguments))
+    if _differences(config, train_config(arguments)):
         raise UserError("no words of this version make the configuration of this run; train it anew")
-    return words
+    return arguments
 
 
 def _differences(config: TrainConfig, defaults: TrainConfig) -> Sequence[str]:

@@ -10,14 +10,14 @@ from asddpg.episodes.protocols import Episode, Observation, Step
 from tasks.room_geometry.held_out import Pair
 from tools.experiments.markdown import markdown
 
-OUTCOMES = {"reached": "reached", "crashed": "crashed", "timeout": "out of time"}
+OUTCOME_TITLES = {"reached": "reached", "crashed": "crashed", "timeout": "out of time"}
 NEAR = 1.0  # m from the goal
 REGION = 2.0  # m, side of the squares that goals are grouped by
 WORST, SHOWN = 5, 3  # regions, and pairs of each, that are written out
 
 
 @dataclass(frozen=True)
-class Drive:
+class DrivenEpisode:
     """One pair and how driving it ended: `end` is where, (x, y) in metres."""
 
     pair: Pair
@@ -55,12 +55,12 @@ class EndingsLog:
         """How it ended."""
         self._endings.append((episode.outcome, self._place))
 
-    def drives(self, pairs: Sequence[Pair]) -> list[Drive]:
+    def drives(self, pairs: Sequence[Pair]) -> list[DrivenEpisode]:
         """The endings beside the pairs that were driven, in their order."""
-        return [Drive(pair, outcome, end) for pair, (outcome, end) in zip(pairs, self._endings, strict=True)]
+        return [DrivenEpisode(pair, outcome, end) for pair, (outcome, end) in zip(pairs, self._endings, strict=True)]
 
 
-def report(drives: Sequence[Drive]) -> str:
+def report(drives: Sequence[DrivenEpisode]) -> str:
     """Markdown: failures by kind, by length of the shortest path, and by region of the goal."""
     failed = [drive for drive in drives if drive.failed]
     if not failed:
@@ -73,24 +73,24 @@ def report(drives: Sequence[Drive]) -> str:
     )
 
 
-def _kinds(drives: Iterable[Drive]) -> str:
+def _kinds(drives: Iterable[DrivenEpisode]) -> str:
     counts = Counter(drive.outcome for drive in drives)
-    return ", ".join(f"{counts[name]} {word}" for name, word in OUTCOMES.items() if counts[name])
+    return ", ".join(f"{counts[name]} {argument}" for name, argument in OUTCOME_TITLES.items() if counts[name])
 
 
-def _length_table(drives: Sequence[Drive]) -> str:
+def _length_table(drives: Sequence[DrivenEpisode]) -> str:
     bins: dict[int, Counter[str]] = {}
     for drive in drives:
         bins.setdefault(int(drive.pair.shortest_path), Counter())[drive.outcome] += 1
     rows = [
-        [f"{metres} to {metres + 1} m", str(counts.total()), *(str(counts[name]) for name in OUTCOMES)]
+        [f"{metres} to {metres + 1} m", str(counts.total()), *(str(counts[name]) for name in OUTCOME_TITLES)]
         for metres, counts in sorted(bins.items())
     ]
-    return markdown(["path", "pairs", *OUTCOMES.values()], rows)
+    return markdown(["path", "pairs", *OUTCOME_TITLES.values()], rows)
 
 
-def _region_table(drives: Sequence[Drive], all_failures: int) -> list[str]:
-    regions: dict[tuple[int, int], list[Drive]] = {}
+def _region_table(drives: Sequence[DrivenEpisode], all_failures: int) -> list[str]:
+    regions: dict[tuple[int, int], list[DrivenEpisode]] = {}
     for drive in drives:
         x, y = drive.pair.goal
         regions.setdefault((math.floor(x / REGION), math.floor(y / REGION)), []).append(drive)
@@ -115,7 +115,7 @@ def _square(region: tuple[int, int]) -> str:
     return f"x {west:g} to {west + REGION:g}, y {south:g} to {south + REGION:g}"
 
 
-def _examples(drives: Sequence[Drive]) -> str:
+def _examples(drives: Sequence[DrivenEpisode]) -> str:
     return "; ".join(
         f"{_place(drive.pair.start[:2])} → {_place(drive.pair.goal)}, ends at {_place(drive.end)}" for drive in drives
     )

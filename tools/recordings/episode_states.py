@@ -8,7 +8,7 @@ from typing import Any
 import gymnasium
 import numpy as np
 
-from asddpg.build import make_environment, watched
+from asddpg.build import make_environment, navigation_env
 from asddpg.config import TrainConfig
 from asddpg.errors import UserError
 from asddpg.recording.files.reading import Recording
@@ -43,7 +43,7 @@ class EpisodeStates:
             self.config, self._physical = _opened(recording.config)
         except UserError as error:
             raise UserError(f"{recording.path} cannot be run again: {error}") from error
-        self.environment: NavigationEnv = watched(self._physical)
+        self.environment: NavigationEnv = navigation_env(self._physical)
         self.steps = recording.steps()
         self.outcome = str(recording.outcome()["outcome"])
 

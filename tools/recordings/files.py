@@ -9,13 +9,13 @@ from asddpg.errors import UserError
 OF_A_RUN = ("episodes", "evaluated_episodes", "played_episodes")
 
 
-def files_named(words: Iterable[str]) -> list[Path]:
+def files_named(arguments: Iterable[str]) -> list[Path]:
     """The recordings that words name: a file each, or all of a folder, a run's too, in their order in time.
 
     Raises:
         UserError: there is no such file, or a folder has no recordings.
     """
-    return [path for word in words for path in _files(Path(word))]
+    return [path for argument in arguments for path in _files(Path(argument))]
 
 
 def _files(path: Path) -> list[Path]:

@@ -10,7 +10,7 @@ from matplotlib.patches import Patch
 from asddpg.recording.messages.path_message import DRIVER_COLOURS, OTHER_COLOUR
 from tasks.physics import FloatArray
 from tools.drawing.plot_style import ACTOR, CONTROLLER, FOURTH, PAIR, THIRD, Sheet
-from tools.episode_plot import Signals
+from tools.recordings.episode_signals import Signals
 
 PANEL = (9.5, 1.75)  # inches
 _COLOURS = (ACTOR.colour, CONTROLLER.colour, PAIR.colour, THIRD.colour, FOURTH.colour)

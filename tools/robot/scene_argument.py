@@ -10,18 +10,18 @@ ROBOT = "pioneer"
 ROBOT_SCENE = MODELS / "pioneer" / "scene.xml"
 
 
-def scene_file(word: str) -> Path:
+def scene_file(argument: str) -> Path:
     """The scene file that a word names.
 
     Raises:
         UserError: it names neither a task nor the robot and is no path of an .xml file.
     """
-    if word in tasks.ALL_TASKS:
-        return scene_path(word)
-    if word == ROBOT:
+    if argument in tasks.ALL_TASKS:
+        return scene_path(argument)
+    if argument == ROBOT:
         return ROBOT_SCENE
-    if word.endswith(".xml"):
-        return Path(word)
+    if argument.endswith(".xml"):
+        return Path(argument)
     raise UserError(
-        f"there is no scene {word!r}; there are {', '.join(tasks.ALL_TASKS)}, {ROBOT}, or a path to an .xml"
+        f"there is no scene {argument!r}; there are {', '.join(tasks.ALL_TASKS)}, {ROBOT}, or a path to an .xml"
     )

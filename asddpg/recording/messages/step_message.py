@@ -69,13 +69,13 @@ def outcome_json(episode: Episode | None) -> bytes:
     """/outcome: the episode's figures, or that it is still running."""
     if episode is None:
         return as_json({"outcome": "running"})
-    figures = {
+    metrics = {
         "steps": episode.steps,
         "total_reward": episode.total_reward,
         "controller_share": episode.controller_share,
         "path_length": episode.path_length,
     }
-    return as_json({"outcome": episode.outcome} | _finite(figures))
+    return as_json({"outcome": episode.outcome} | _finite(metrics))
 
 
 def _finite(numbers: Mapping[str, float]) -> dict[str, float]:

@@ -14,8 +14,7 @@ from asddpg.algorithm.exploration import OrnsteinUhlenbeckNoise
 from asddpg.algorithm.losses import Batch, TargetRule, bellman_targets, critic_dqn_loss, policy_loss
 from asddpg.algorithm.networks import Networks, NetworkShape
 from asddpg.algorithm.replay import ReplayBuffer
-from asddpg.algorithm.schedules import Withdrawal
-from asddpg.annealing import Annealing
+from asddpg.algorithm.schedules import LearningRateDecay, Withdrawal
 from asddpg.config import LearningConfig, WithdrawalConfig
 from asddpg.episodes.drivers import actor_alone
 from asddpg.episodes.loop import run_episode
@@ -77,7 +76,7 @@ def make_agent(controller: Any, seed: int = 0, shape: NetworkShape | None = None
         withdrawal=Withdrawal(
             1000, 2000, config.withdrawal.first_share, config.withdrawal.last_share, 0, np.random.default_rng(seed)
         ),
-        annealing=Annealing(config.annealing, 3000),
+        learning_rate_decay=LearningRateDecay(config.annealing, 3000),
         smoothing_seed=seed,
         device=torch.device("cpu"),
     )

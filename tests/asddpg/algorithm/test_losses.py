@@ -229,7 +229,7 @@ def test_soft_update_equals_the_reference(tau: float) -> None:
     online, target = make_networks(0), make_networks(1)
     before = {name: value.detach().clone().numpy() for name, value in target.named_parameters()}
     follower = FlatParameters(list(target.parameters()))
-    follower.follow(FlatParameters(list(online.parameters())), tau)
+    follower.soft_update(FlatParameters(list(online.parameters())), tau)
     for (name, moved), source in zip(target.named_parameters(), online.parameters(), strict=True):
         expected = tau * source.detach().numpy() + (1 - tau) * before[name]
         np.testing.assert_allclose(moved.detach().numpy(), expected, rtol=1e-5)
@@ -240,7 +240,7 @@ def test_flat_gradient_is_autograds() -> None:
     twin = copy.deepcopy(online)
     targets = bellman_targets(batch, online, target, TargetRule(GAMMA))
     flat = FlatParameters(online.critic_dqn_parameters())
-    flat.differentiate(critic_dqn_loss(batch, online.features(batch.x), online, targets).total)
+    flat.backward(critic_dqn_loss(batch, online.features(batch.x), online, targets).total)
     critic_dqn_loss(batch, twin.features(batch.x), twin, targets).total.backward()  # type: ignore[no-untyped-call]
     expected = torch.cat([p.grad.reshape(-1) for p in twin.critic_dqn_parameters() if p.grad is not None])
     assert flat.vector.grad is not None

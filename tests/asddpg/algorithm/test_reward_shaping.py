@@ -5,8 +5,7 @@ import pytest
 
 from asddpg.algorithm.reward_shaping import assisted_reward
 from asddpg.episodes.protocols import Driver
-from tasks.outcomes import Outcome
-from tasks.rewards import REWARDS, Reward, dense_part
+from tasks.rewards import REWARDS, Outcome, Reward, dense_part
 
 DENSE = Reward(progress=1.0, time_penalty=0.01, reach=5.0, crash=-5.0)
 

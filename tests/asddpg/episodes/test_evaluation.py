@@ -10,7 +10,7 @@ from asddpg.build import make_environment
 from asddpg.command_line import train_config
 from asddpg.config import RewardConfig, TaskConfig
 from asddpg.episodes.drivers import FixedDriver
-from asddpg.episodes.evaluation import evaluate, figures_of
+from asddpg.episodes.evaluation import evaluate, summarize_episodes
 from asddpg.episodes.intervals import mean, rate
 from asddpg.episodes.protocols import Decision, Driver, Episode, Observation
 from tasks import ALL_TASKS, NavigationConfig
@@ -28,13 +28,13 @@ EPISODES = [
 
 
 def test_figures_of_known_episodes() -> None:
-    figures = figures_of(EPISODES, shortest_paths=[2.0, 2.5, 1.0, 3.0], control_timestep=0.2)
-    assert (figures.reach_rate.value, figures.crash_rate.value, figures.timeout_rate.value) == (0.5, 0.25, 0.25)
-    assert figures.metric.value == pytest.approx((2 - 0.5 + 2 - 1.0 - 0.3 - 2.0) / 4)
-    assert figures.mean_time.value == pytest.approx((10.0 + 20.0) / 2)
+    result = summarize_episodes(EPISODES, shortest_paths=[2.0, 2.5, 1.0, 3.0], control_timestep=0.2)
+    assert (result.success_rate.value, result.collision_rate.value, result.timeout_rate.value) == (0.5, 0.25, 0.25)
+    assert result.metric.value == pytest.approx((2 - 0.5 + 2 - 1.0 - 0.3 - 2.0) / 4)
+    assert result.mean_time.value == pytest.approx((10.0 + 20.0) / 2)
     # The second drove less than the grid's shortest path, which counts as no detour.
-    assert figures.spl.value == pytest.approx((2.0 / 4.0 + 1.0) / 4)
-    assert figures.controller_share == pytest.approx(40 / 380)
+    assert result.spl.value == pytest.approx((2.0 / 4.0 + 1.0) / 4)
+    assert result.controller_share == pytest.approx(40 / 380)
 
 
 def test_a_noisy_laser_gives_the_same_figures_twice() -> None:
@@ -53,9 +53,9 @@ def test_a_noisy_laser_gives_the_same_figures_twice() -> None:
 
 
 def test_nothing_reached_has_no_time() -> None:
-    figures = figures_of(EPISODES[2:], shortest_paths=[1.0, 3.0], control_timestep=0.2)
-    assert figures.mean_time.value is None
-    assert figures.spl.value == 0.0
+    result = summarize_episodes(EPISODES[2:], shortest_paths=[1.0, 3.0], control_timestep=0.2)
+    assert result.mean_time.value is None
+    assert result.spl.value == 0.0
 
 
 def test_intervals_are_wilsons_and_students() -> None:

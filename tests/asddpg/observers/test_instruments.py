@@ -9,7 +9,7 @@ import torch
 
 from asddpg import train
 from asddpg.algorithm.agent import AsDDPG
-from asddpg.algorithm.losses import TargetRule, bellman_targets, by_origin, critic_dqn_loss
+from asddpg.algorithm.losses import TargetRule, bellman_targets, critic_dqn_loss, mean_by_driver
 from asddpg.algorithm.networks import CONTROLLER, POLICY
 from asddpg.build import make_agent, make_environment
 from asddpg.episodes.protocols import Decision, Driver, Episode, Step
@@ -35,7 +35,7 @@ def agent_of(run: Path) -> AsDDPG:
     return make_agent(config, make_environment(config.task, config.reward))
 
 
-def rows_of(run: Path) -> list[dict[str, str]]:
+def read_rows(run: Path) -> list[dict[str, str]]:
     with (run / "metrics.csv").open() as file:
         return list(csv.DictReader(file))
 
@@ -66,8 +66,8 @@ def test_a_snapshot_holds_the_online_weights_alone(tiny_run: Path) -> None:
 
 
 def test_snapshots_can_be_left_out(tmp_path: Path) -> None:
-    words = [*TINY, "total_steps=120", "validation.every=50", "validation.snapshots=false"]
-    train.main(["task=nav_empty", *words, f"run_dir={tmp_path / 'run'}"])
+    arguments = [*TINY, "total_steps=120", "validation.every=50", "validation.snapshots=false"]
+    train.main(["task=nav_empty", *arguments, f"run_dir={tmp_path / 'run'}"])
     assert RunFolder(tmp_path / "run").snapshots() == []
     assert (tmp_path / "run/validation.csv").is_file()
 
@@ -80,7 +80,7 @@ def test_the_step_log_agrees_with_the_metrics(tiny_run: Path) -> None:
         log = dict(steps)
     assert set(log) == set(COLUMNS)
     assert {(column.shape, column.dtype) for column in log.values()} == {((400,), np.dtype(np.float32))}
-    for row in rows_of(tiny_run):
+    for row in read_rows(tiny_run):
         mine = log["episode"] == int(row["episode"])
         assert mine.sum() == int(row["steps"])
         assert log["by_controller"][mine].mean() == pytest.approx(float(row["controller_share"]))
@@ -121,7 +121,7 @@ def test_an_interrupted_training_keeps_its_steps(tmp_path: Path, monkeypatch: py
     with pytest.raises(KeyboardInterrupt):
         train.main(["task=nav_empty", *TINY, "validation.every=50", f"run_dir={tmp_path / 'run'}"])
     with np.load(tmp_path / "run/steps.npz", allow_pickle=False) as steps:
-        assert len(steps["x"]) == int(rows_of(tmp_path / "run")[-1]["step"]) >= 50
+        assert len(steps["x"]) == int(read_rows(tmp_path / "run")[-1]["step"]) >= 50
 
 
 def test_same_seed_same_steps(tiny_run: Path, tmp_path: Path) -> None:
@@ -147,7 +147,7 @@ def test_td_errors_equal_the_reference(seed: int) -> None:
 
 
 def test_without_samples_of_an_origin_there_is_no_error() -> None:
-    errors = by_origin(torch.tensor([1.0, 3.0]), torch.ones(2))
+    errors = mean_by_driver(torch.tensor([1.0, 3.0]), torch.ones(2))
     assert errors[POLICY] == 2.0
     assert torch.isnan(errors[CONTROLLER])
 
@@ -167,12 +167,12 @@ def test_the_metrics_average_over_updates_that_had_samples(tmp_path: Path) -> No
             log.step(step, {"critic_loss": 1.0, "td_error_policy": policy, "td_error_controller": controller})
         log.end_episode(Episode("reached", 3, 0.0, 0, 0.0))
     log.close()
-    found = [(row["td_error_policy"], row["td_error_controller"]) for row in rows_of(tmp_path)]
+    found = [(row["td_error_policy"], row["td_error_controller"]) for row in read_rows(tmp_path)]
     assert found == [("2.0", "5.0"), ("1.0", ""), ("", "")]
 
 
 def test_a_run_reports_td_errors_and_no_nan(tiny_run: Path) -> None:
-    rows = rows_of(tiny_run)
+    rows = read_rows(tiny_run)
     for name in ("td_error_policy", "td_error_controller"):
         assert any(row[name] and float(row[name]) > 0 for row in rows)
     assert "nan" not in (tiny_run / "metrics.csv").read_text()

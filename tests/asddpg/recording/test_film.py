@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 from asddpg import evaluate, train
-from asddpg.build import watched
+from asddpg.build import navigation_env
 from asddpg.episodes.drivers import FixedDriver
 from asddpg.episodes.loop import run_episode
 from asddpg.episodes.protocols import Decision, Driver
@@ -21,7 +21,7 @@ from asddpg.errors import UserError
 from asddpg.recording.files.reading import Recording, open_recording
 from asddpg.recording.pictures.cameras import Cameras
 from asddpg.recording.pictures.film import Film
-from asddpg.recording.recorder import Recorder, Selection, each
+from asddpg.recording.recorder import Recorder, Selection, every_nth
 from tasks.errors import TaskError
 from tests.asddpg.recording.test_recording import PROVENANCE, environment_of
 from tests.conftest import ROOT, TINY
@@ -33,7 +33,7 @@ SLOWLY = FixedDriver(lambda _: Decision(np.array([0.1, 0.2], dtype=np.float32), 
 
 def film_of(path: Path, episodes: int = 1, steps: int = 6, **options: Any) -> None:
     environment = environment_of("nav_empty")
-    film = Film(path, watched(environment), width=96, height=64, **options)
+    film = Film(path, navigation_env(environment), width=96, height=64, **options)
     try:
         for _ in range(episodes):
             run_episode(environment, SLOWLY, (film,), max_steps=steps)
@@ -88,7 +88,7 @@ def test_an_interrupted_film_is_whole_up_to_there(tmp_path: Path) -> None:
         return Decision(np.zeros(2, dtype=np.float32), Driver.CONTROLLER)
 
     environment = environment_of("nav_empty")
-    film = Film(tmp_path / "film.mp4", watched(environment), width=96, height=64)
+    film = Film(tmp_path / "film.mp4", navigation_env(environment), width=96, height=64)
     with pytest.raises(KeyboardInterrupt):
         run_episode(environment, FixedDriver(decide), (film,))
     film.close()
@@ -118,7 +118,7 @@ def test_a_film_of_nothing_leaves_nothing(tmp_path: Path) -> None:
 
 
 def test_what_cannot_be_filmed_is_one_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    environment = watched(environment_of("nav_empty"))
+    environment = navigation_env(environment_of("nav_empty"))
     with pytest.raises(UserError, match=r"must end in \.mp4, not 'film\.avi'"):
         Film(tmp_path / "film.avi", environment)
     with pytest.raises(UserError, match="must be even, not 97 x 64"):
@@ -144,7 +144,7 @@ def test_a_full_disk_is_one_sentence(tmp_path: Path) -> None:
 @pytest.mark.long
 def test_a_film_of_1000_episodes_keeps_its_memory(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     environment = environment_of("nav_empty")
-    film = Film(tmp_path / "film.mp4", watched(environment), width=64, height=48)
+    film = Film(tmp_path / "film.mp4", navigation_env(environment), width=64, height=48)
 
     def resident() -> float:
         return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE") / 1e6
@@ -167,8 +167,10 @@ def test_a_film_of_1000_episodes_keeps_its_memory(tmp_path: Path, capsys: pytest
 
 def recorded(folder: Path, is_video: bool, episodes: int = 1, steps: int = 12) -> list[Recording]:
     environment = environment_of("nav_empty")
-    cameras = Cameras(watched(environment), ("chase", "onboard"), 96, 64, is_video)
-    recorder = Recorder(folder, watched(environment), PROVENANCE, Selection(each(1)), print, cameras=cameras)
+    cameras = Cameras(navigation_env(environment), ("chase", "onboard"), 96, 64, is_video)
+    recorder = Recorder(
+        folder, navigation_env(environment), PROVENANCE, Selection(every_nth(1)), print, cameras=cameras
+    )
     for _ in range(episodes):
         run_episode(environment, SLOWLY, (recorder,), max_steps=steps)
     cameras.close()
@@ -187,7 +189,7 @@ def test_each_step_has_the_pictures_of_its_moment(tmp_path: Path) -> None:
     environment.reset(options={"start": recording.start, "goal": recording.goal})
     for _ in range(12):
         environment.step(SLOWLY.decide(np.zeros(0, dtype=np.float32)).action)
-    rendered = watched(environment).physics.render(64, 96, "onboard")
+    rendered = navigation_env(environment).physics.render(64, 96, "onboard")
     assert np.abs(picture - rendered).mean() < 4
 
 
@@ -214,16 +216,16 @@ def test_video_is_as_foxglove_wants_it(tmp_path: Path) -> None:
 
 
 def test_pictures_change_nothing_that_is_learned(tmp_path: Path) -> None:
-    words = ["task=nav_empty", *TINY, "total_steps=120", "validation.every=0", "record.every=1"]
-    train.main([*words, "record.cameras=[chase]", "record.picture_size=[32,24]", f"run_dir={tmp_path / 'with'}"])
-    train.main([*words, f"run_dir={tmp_path / 'without'}"])
+    arguments = ["task=nav_empty", *TINY, "total_steps=120", "validation.every=0", "record.every=1"]
+    train.main([*arguments, "record.cameras=[chase]", "record.picture_size=[32,24]", f"run_dir={tmp_path / 'with'}"])
+    train.main([*arguments, f"run_dir={tmp_path / 'without'}"])
     assert (tmp_path / "with/metrics.csv").read_bytes() == (tmp_path / "without/metrics.csv").read_bytes()
     files = sorted((tmp_path / "with/episodes").iterdir())
     assert len(list(open_recording(files[0]).messages("/camera/chase"))) > 10
 
 
 @pytest.mark.parametrize(
-    ("words", "says"),
+    ("arguments", "says"),
     [
         (["record.cameras=[side]"], "no camera 'side'; there are top, chase, onboard, free"),
         (["record.cameras=[top,top]"], "record.cameras must be names of cameras, each once"),
@@ -233,11 +235,11 @@ def test_pictures_change_nothing_that_is_learned(tmp_path: Path) -> None:
     ],
 )
 def test_wrong_words_of_cameras_are_told_before_anything_is_driven(
-    words: list[str], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    arguments: list[str], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises((UserError, TaskError), match=says):
-        evaluate.main(["agent=controller", "task=nav_empty", "episodes=1", "record.every=1", *words])
+        evaluate.main(["agent=controller", "task=nav_empty", "episodes=1", "record.every=1", *arguments])
     with pytest.raises((UserError, TaskError), match=says):
-        train.main(["task=nav_empty", *TINY, *words, "run_dir=run"])
+        train.main(["task=nav_empty", *TINY, *arguments, "run_dir=run"])
     assert list(tmp_path.iterdir()) == []

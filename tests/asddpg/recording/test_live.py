@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from asddpg import train
-from asddpg.build import controller_for, make_environment, watched
+from asddpg.build import controller_for, make_environment, navigation_env
 from asddpg.command_line import train_config
 from asddpg.episodes.drivers import FixedDriver, controller_alone
 from asddpg.episodes.loop import run_episode
@@ -44,8 +44,8 @@ class Show:
         self.decided: list[float] = []  # when, on the clock
         controller = controller_alone(controller_for(self.environment, train_config([]).controller))
         drivers = {"turning": FixedDriver(self._turn), "controller": controller}
-        steered = SteeredDriver(watched(self.environment), drivers, "turning")
-        self.live = LiveView(watched(self.environment), 0, speed, steered if is_steered else None)
+        steered = SteeredDriver(navigation_env(self.environment), drivers, "turning")
+        self.live = LiveView(navigation_env(self.environment), 0, speed, steered if is_steered else None)
         self.episodes = 0
         self._is_over = threading.Event()
         self._thread = threading.Thread(target=self._run, args=(steered,))
@@ -145,7 +145,7 @@ def test_who_comes_in_the_middle_of_an_episode_gets_what_went_before(show: Show,
 def test_nobody_connected_costs_nothing() -> None:
     environment = nav_complex()
     observation, info = environment.reset()
-    live = LiveView(watched(environment), 0, 0.0)
+    live = LiveView(navigation_env(environment), 0, 0.0)
     step = Step(observation, TURNING, 0.0, observation, False, False, info)
     live.begin_episode(observation, info)
     begun = time.thread_time()

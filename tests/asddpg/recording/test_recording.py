@@ -34,7 +34,7 @@ from mcap.writer import Writer
 from mcap_protobuf.decoder import DecoderFactory
 
 from asddpg import evaluate, train
-from asddpg.build import controller_for, make_environment, watched
+from asddpg.build import controller_for, make_environment, navigation_env
 from asddpg.command_line import train_config
 from asddpg.episodes.drivers import FixedDriver, controller_alone
 from asddpg.episodes.loop import run_episode
@@ -47,7 +47,7 @@ from asddpg.recording.messages.robot_messages import states
 from asddpg.recording.messages.schemas import compact
 from asddpg.recording.messages.step_message import reward_in
 from asddpg.recording.messages.topics import CMD_VEL_SCHEMA, OUTCOME_SCHEMA, STEP_SCHEMA
-from asddpg.recording.recorder import BATCH_STEPS, Provenance, Recorder, Selection, each
+from asddpg.recording.recorder import BATCH_STEPS, Provenance, Recorder, Selection, every_nth
 from tasks.scene.frames import BodyFrames, Frame
 from tasks.scene.shapes import Shape, scene_parts
 from tasks.scene.state_digest import state_digest
@@ -71,7 +71,7 @@ def controller_of(environment: gymnasium.Env) -> FixedDriver:
 def recorder_for(
     folder: Path, environment: gymnasium.Env, selection: Selection | None = None, say: Say = print
 ) -> Recorder:
-    return Recorder(folder, watched(environment), PROVENANCE, selection or Selection(each(1)), say)
+    return Recorder(folder, navigation_env(environment), PROVENANCE, selection or Selection(every_nth(1)), say)
 
 
 def recorded(folder: Path, task: str = "nav_complex", episodes: int = 1) -> list[Path]:
@@ -127,7 +127,7 @@ def test_the_robot_is_where_the_physics_had_it(tmp_path: Path) -> None:
 
         def _note(self, observation: Observation, info: Any) -> None:
             poses.append(info["pose"])
-            scans.append(watched(environment).physics.ranges())
+            scans.append(navigation_env(environment).physics.ranges())
 
     run_episode(environment, controller_of(environment), (recorder, Watching()))
     recording = open_recording(next(tmp_path.iterdir()))
@@ -269,13 +269,13 @@ def test_the_recorded_actions_give_the_same_states_to_the_last_bit(tmp_path: Pat
         environment.reset(options={"start": recording.start, "goal": recording.goal})
         for step in recording.steps():
             environment.step(np.array([step["action"]["v"], step["action"]["omega"]], dtype=np.float32))
-            assert state_digest(watched(environment).physics.data.ptr) == step["digest"]
+            assert state_digest(navigation_env(environment).physics.data.ptr) == step["digest"]
 
 
 def test_recording_changes_nothing_that_is_learned(tmp_path: Path) -> None:
-    words = ["task=nav_complex", *TINY, "agent.learning_starts=50"]
-    train.main([*words, "record.every=1", f"run_dir={tmp_path / 'with'}"])
-    train.main([*words, "record.every=0", f"run_dir={tmp_path / 'without'}"])
+    arguments = ["task=nav_complex", *TINY, "agent.learning_starts=50"]
+    train.main([*arguments, "record.every=1", f"run_dir={tmp_path / 'with'}"])
+    train.main([*arguments, "record.every=0", f"run_dir={tmp_path / 'without'}"])
     assert not (tmp_path / "without" / "episodes").exists()
     for name in ("metrics.csv", "validation.csv"):
         assert (tmp_path / "with" / name).read_bytes() == (tmp_path / "without" / name).read_bytes()
@@ -286,7 +286,7 @@ def test_recording_changes_nothing_that_is_learned(tmp_path: Path) -> None:
 
 def test_every_so_many_episodes_are_recorded_and_the_oldest_go(tmp_path: Path) -> None:
     environment = environment_of()
-    recorder = recorder_for(tmp_path, environment, Selection(each(2), keep=2))
+    recorder = recorder_for(tmp_path, environment, Selection(every_nth(2), keep=2))
     for _ in range(7):
         run_episode(environment, controller_of(environment), (recorder,))
     assert [path.name.split("_")[1] for path in sorted(tmp_path.iterdir())] == ["00005", "00007"]
@@ -294,7 +294,7 @@ def test_every_so_many_episodes_are_recorded_and_the_oldest_go(tmp_path: Path) -
 
 def test_only_wanted_outcomes_stay(tmp_path: Path) -> None:
     environment = environment_of()
-    recorder = recorder_for(tmp_path, environment, Selection(each(1), outcomes=("timeout",)))
+    recorder = recorder_for(tmp_path, environment, Selection(every_nth(1), outcomes=("timeout",)))
     run_episode(environment, controller_of(environment), (recorder,))
     assert list(tmp_path.iterdir()) == []
     assert recorder.files == 0
@@ -520,7 +520,7 @@ def test_relative_frames_compose_to_the_world_s() -> None:
     environment.reset(options={"start": (-2.5, -0.5, 0.3), "goal": (2.0, 2.0)})
     for _ in range(4):
         environment.step(np.array([0.3, 0.8], dtype=np.float32))
-    physics = watched(environment).physics
+    physics = navigation_env(environment).physics
     frames = BodyFrames.of(physics.model.ptr)
     data = physics.data.ptr
     (places,) = frames.relative([data.xpos.tobytes() + data.xquat.tobytes()])
@@ -593,8 +593,8 @@ def test_start_and_goal_of_a_reset_begin_the_same_episode_again() -> None:
 @pytest.mark.parametrize(("stop", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_training_that_is_stopped_completes_its_recording(tmp_path: Path, stop: signal.Signals, status: int) -> None:
     folder = tmp_path / "run"
-    words = ["task=nav_empty", *TINY, "total_steps=100000", "agent.learning_starts=90000", "validation.every=0"]
-    command = [sys.executable, "-m", "asddpg.train", *words, "record.every=1", f"run_dir={folder}"]
+    arguments = ["task=nav_empty", *TINY, "total_steps=100000", "agent.learning_starts=90000", "validation.every=0"]
+    command = [sys.executable, "-m", "asddpg.train", *arguments, "record.every=1", f"run_dir={folder}"]
     process = subprocess.Popen(command, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True)
     deadline = time.monotonic() + 60
     while len(list(folder.glob("episodes/*.mcap"))) < 3 and time.monotonic() < deadline:
@@ -622,7 +622,7 @@ def test_recordings_of_before_are_kept(tmp_path: Path, monkeypatch: pytest.Monke
 def test_how_to_read_a_journal_comes_back_from_its_text_and_bounds_what_it_asks_for() -> None:
     environment = environment_of("nav_gazebo")
     environment.reset(seed=101)
-    layout = Layout(BodyFrames.of(watched(environment).physics.model.ptr), (3, 40), is_video=False)
+    layout = Layout(BodyFrames.of(navigation_env(environment).physics.model.ptr), (3, 40), is_video=False)
     text = layout.as_text()
     assert Layout.of_text(text).as_text() == text
     for wrong in ({"scan_shape": "[3, 1e12]"}, {"scan_shape": "[3]"}, {"frames": "{}"}):

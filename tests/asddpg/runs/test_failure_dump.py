@@ -13,7 +13,7 @@ import yaml
 
 from asddpg import reproduce, train
 from asddpg.algorithm.agent import AsDDPG
-from asddpg.build import watched
+from asddpg.build import navigation_env
 from asddpg.episodes.protocols import Episode
 from asddpg.errors import Breakdown, UserError
 from asddpg.runs import state_files
@@ -52,13 +52,13 @@ def nan_action(faulty: Faulty, _: Any) -> Step:
 
 
 def huge_velocity(faulty: Faulty, action: Any) -> Step:
-    watched(faulty).physics.data.ptr.qvel[:] = 1e12
+    navigation_env(faulty).physics.data.ptr.qvel[:] = 1e12
     return faulty.env.step(action)
 
 
 def everything_in_one_place(faulty: Faulty, action: Any) -> Step:
     """More contacts than MuJoCo has memory for."""
-    physics = watched(faulty).physics
+    physics = navigation_env(faulty).physics
     model, data = physics.model.ptr, physics.data.ptr
     free = model.jnt_qposadr[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE]
     for address in free:
@@ -238,8 +238,8 @@ def test_a_breakdown_explains_itself(tmp_path: Path, monkeypatch: pytest.MonkeyP
     assert yaml.safe_load((dump / "config.yaml").read_text())["total_steps"] == 240
 
 
-@pytest.mark.parametrize("words", [[], ["a", "b"], ["nowhere"], ["."]])
-def test_nothing_to_reproduce(words: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("arguments", [[], ["a", "b"], ["nowhere"], ["."]])
+def test_nothing_to_reproduce(arguments: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(UserError, match="breakdown"):
-        reproduce.main(words)
+        reproduce.main(arguments)

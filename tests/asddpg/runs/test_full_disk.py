@@ -118,9 +118,9 @@ def mount(tmp_path: Path) -> Iterator[Mount]:
     disk.mkdir()
     is_mounted = False
 
-    def act(*words: str) -> Path:
+    def act(*arguments: str) -> Path:
         nonlocal is_mounted
-        done = subprocess.run(["mount", *words, str(disk)], capture_output=True, text=True, check=False)
+        done = subprocess.run(["mount", *arguments, str(disk)], capture_output=True, text=True, check=False)
         if done.returncode:
             pytest.skip(f"nothing can be mounted here: {done.stderr.strip()}")
         is_mounted = True
@@ -131,9 +131,11 @@ def mount(tmp_path: Path) -> Iterator[Mount]:
         subprocess.run(["umount", str(disk)], check=True)
 
 
-def train_as_a_user(*words: str) -> tuple[int, str]:
+def train_as_a_user(*arguments: str) -> tuple[int, str]:
     """Exit status and what was said on stderr, without the progress bar."""
-    done = subprocess.run([sys.executable, "-m", "asddpg.train", *words], capture_output=True, text=True, check=False)
+    done = subprocess.run(
+        [sys.executable, "-m", "asddpg.train", *arguments], capture_output=True, text=True, check=False
+    )
     said = [line for line in done.stderr.splitlines() if "steps/s" not in line]
     return done.returncode, "\n".join(said)
 
@@ -157,8 +159,8 @@ def test_a_disk_that_may_only_be_read(tmp_path: Path, mount: Mount) -> None:
     stopped([*QUICK, f"run_dir={tmp_path / 'all/run'}"], 60)
     disk = mount("--bind", str(tmp_path / "all"))
     mount("-o", "remount,bind,ro")
-    for words in ([f"resume={disk / 'run'}"], [*QUICK, f"run_dir={disk / 'other'}"]):
-        status, said = train_as_a_user(*words)
+    for arguments in ([f"resume={disk / 'run'}"], [*QUICK, f"run_dir={disk / 'other'}"]):
+        status, said = train_as_a_user(*arguments)
         assert status == 2
         assert len(said.splitlines()) == 1
         assert said.startswith("error: ")

@@ -29,9 +29,9 @@ def test_files_and_card(name: str) -> None:
     pretrained_checks.check_the_cards_command(folder)
     names_in_it = pretrained_checks.run_the_cards_snippet(folder)
     tested = json.loads(folder.test.read_text())
-    reach, crash = (tested["actor"][rate]["value"] for rate in ("reach_rate", "crash_rate"))
-    assert f"| reach rate | {reach:.3f} [" in folder.card.read_text()
-    alone = tested["controller"]["reach_rate"]["value"]
+    reach, crash = (tested["actor"][rate]["value"] for rate in ("success_rate", "collision_rate"))
+    assert f"| success rate | {reach:.3f} [" in folder.card.read_text()
+    alone = tested["controller"]["success_rate"]["value"]
     listed = f"| [{name}]({name}/card.md) | {reach:.3f} | {crash:.3f} | {alone:.3f} |"
     assert listed in (FOLDER / "README.md").read_text(encoding="utf-8")
     assert names_in_it["policy"].step > 0

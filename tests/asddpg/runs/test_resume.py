@@ -15,9 +15,9 @@ import torch
 import yaml
 
 from asddpg import train, training
-from asddpg.episodes.evaluation import Figures, evaluate
+from asddpg.episodes.evaluation import EvaluationResult, evaluate
 from asddpg.errors import UserError
-from asddpg.observers.metrics_log import rows_of
+from asddpg.observers.metrics_log import read_rows
 from asddpg.runs import weights_file
 from tasks.navigation import NavigationConfig
 from tests.support.small_runs import (
@@ -60,7 +60,7 @@ def unbroken(tmp_path_factory: pytest.TempPathFactory) -> Unbroken:
 
 
 def ends_of_episodes(run: Path) -> list[int]:
-    return [int(row["step"]) for row in rows_of(run / "metrics.csv")]
+    return [int(row["step"]) for row in read_rows(run / "metrics.csv")]
 
 
 # Where it is stopped ----------------------------------------------------------------------------------------------
@@ -70,7 +70,7 @@ def test_the_unbroken_run_has_what_is_to_be_tested(unbroken: Unbroken) -> None:
     run = unbroken("default")
     assert len(ends_of_episodes(run)) > 6
     assert len(list((run / "episodes").iterdir())) > 3
-    assert len(rows_of(run / "validation.csv")) == 2
+    assert len(read_rows(run / "validation.csv")) == 2
     assert {tag.split("/")[0] for tag in scalars(run)} == {"train", "validation"}
 
 
@@ -110,7 +110,7 @@ def test_stopped_while_an_episode_is_driven_again(unbroken: Unbroken, tmp_path: 
 
 
 def test_stopped_during_a_validation(unbroken: Unbroken, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def stopping(*arguments: Any) -> Figures:
+    def stopping(*arguments: Any) -> EvaluationResult:
         interrupt()
         return evaluate(*arguments)
 
@@ -181,9 +181,9 @@ def test_a_clock_that_was_set_back_changes_nothing(
 
 def test_what_was_recorded_and_kept_is_the_same(tmp_path: Path) -> None:
     """Only the newest recordings are kept, and those of before the resume are among them."""
-    words = [*QUICK, "record.every=1", "record.keep=3", "validation.every=0", "test_episodes=0"]
-    train.main([*words, f"run_dir={tmp_path / 'one'}"])
-    stopped([*words, f"run_dir={tmp_path / 'other'}"], 165)
+    arguments = [*QUICK, "record.every=1", "record.keep=3", "validation.every=0", "test_episodes=0"]
+    train.main([*arguments, f"run_dir={tmp_path / 'one'}"])
+    stopped([*arguments, f"run_dir={tmp_path / 'other'}"], 165)
     train.main([f"resume={tmp_path / 'other'}"])
     assert len(list((tmp_path / "one/episodes").iterdir())) == 3
     assert_same_recordings(tmp_path / "one/episodes", tmp_path / "other/episodes")
@@ -195,26 +195,26 @@ def test_what_was_recorded_and_kept_is_the_same(tmp_path: Path) -> None:
 @pytest.mark.parametrize("is_over", [False, True])
 def test_total_steps_may_be_raised(is_over: bool, tmp_path: Path) -> None:
     run = tmp_path / "run"
-    words = [*QUICK, "total_steps=230", "checkpoint_every=46", "validation.every=115"]  # with both at the very end
+    arguments = [*QUICK, "total_steps=230", "checkpoint_every=46", "validation.every=115"]  # with both at the very end
     if is_over:
-        train.main([*words, f"run_dir={run}"])
+        train.main([*arguments, f"run_dir={run}"])
     else:
-        stopped([*words, f"run_dir={run}"], 125)
+        stopped([*arguments, f"run_dir={run}"], 125)
     train.main([f"resume={run}", "total_steps=300"])
-    rows = rows_of(run / "metrics.csv")
+    rows = read_rows(run / "metrics.csv")
     assert sum(int(row["steps"]) for row in rows) == int(rows[-1]["step"]) == 300
     assert [int(row["episode"]) for row in rows] == list(range(1, len(rows) + 1))
     # The old end stays what it was.
     assert [int(row["step"]) for row in rows[:-1] if row["outcome"] == "cut"] == [230] * is_over
     config = yaml.safe_load((run / "config.yaml").read_text())
     assert config["total_steps"] == 300
-    assert config["made_with"]["prolonged"] == f"from 230 to 300 at step {230 if is_over else 125}"
-    validated = [int(row["step"]) for row in rows_of(run / "validation.csv")]
+    assert config["provenance"]["prolonged"] == f"from 230 to 300 at step {230 if is_over else 125}"
+    validated = [int(row["step"]) for row in read_rows(run / "validation.csv")]
     assert sorted(path.name for path in run.glob("checkpoints/step_*")) == [f"step_{step:08d}" for step in validated]
     assert step_of_best(run) in validated
     assert (run / "test.json").exists()
-    for figures in scalars(run).values():
-        assert len({step for step, _ in figures}) == len(figures)
+    for metrics in scalars(run).values():
+        assert len({step for step, _ in metrics}) == len(metrics)
 
 
 def step_of_best(run: Path) -> int:
@@ -226,13 +226,13 @@ def test_the_best_weights_are_of_this_past_and_no_other(tmp_path: Path, monkeypa
     run = tmp_path / "run"
     rates = [0.5, 1.0]
 
-    def rated(*arguments: Any) -> Figures:
-        figures = evaluate(*arguments)
-        return replace(figures, reach_rate=figures.reach_rate._replace(value=rates.pop(0) if rates else 0.0))
+    def rated(*arguments: Any) -> EvaluationResult:
+        metrics = evaluate(*arguments)
+        return replace(metrics, success_rate=metrics.success_rate._replace(value=rates.pop(0) if rates else 0.0))
 
     monkeypatch.setattr(training, "evaluate", rated)
     stopped([*QUICK, f"run_dir={run}"], 239, die)  # the second validation lies after the checkpoint of step 200
-    first, second = (int(row["step"]) for row in rows_of(run / "validation.csv"))
+    first, second = (int(row["step"]) for row in read_rows(run / "validation.csv"))
     assert first < 200 < second == step_of_best(run)
     train.main([f"resume={run}", "total_steps=250"])
     assert step_of_best(run) == first
@@ -261,9 +261,9 @@ def test_a_run_that_goes_on_in_another_scene_says_so_for_ever(
     config.write_text(re.sub("model_hash: .*", "model_hash: 0ld5cene", config.read_text()))
     train.main([f"resume={run}"])
     assert "note: it goes on with model_hash" in capsys.readouterr().out
-    made_with = yaml.safe_load(config.read_text())["made_with"]
-    assert made_with["model_hash"] == "0ld5cene"
-    assert made_with["resumed"].startswith("at step")
+    provenance = yaml.safe_load(config.read_text())["provenance"]
+    assert provenance["model_hash"] == "0ld5cene"
+    assert provenance["resumed"].startswith("at step")
     assert "resumed" in json.loads((run / "test.json").read_text())
 
 
@@ -297,7 +297,7 @@ def halfway(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize(
-    ("word", "sentence"),
+    ("argument", "sentence"),
     [
         ("total_steps=100", "raised, not lowered: it has 240"),
         ("seed=5", "seed= would change the past"),
@@ -315,10 +315,10 @@ def halfway(tmp_path_factory: pytest.TempPathFactory) -> Path:
         ("resume=runs/b", "one run at a time"),
     ],
 )
-def test_other_options_are_refused_by_name(halfway: Path, word: str, sentence: str) -> None:
+def test_other_options_are_refused_by_name(halfway: Path, argument: str, sentence: str) -> None:
     before = {path: path.read_bytes() for path in halfway.rglob("*") if path.is_file()}
     with pytest.raises(UserError, match=sentence) as caught:
-        train.main([f"resume={halfway}", word])
+        train.main([f"resume={halfway}", argument])
     assert "\n" not in str(caught.value)
     assert before == {path: path.read_bytes() for path in halfway.rglob("*") if path.is_file()}
 

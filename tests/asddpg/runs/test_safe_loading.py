@@ -74,7 +74,7 @@ PROGRAMS = [
     (play.main, ["run=run", "episodes=1"]),
     (diagnose.main, ["run=run", "episodes=1"]),
 ]
-programs = pytest.mark.parametrize(("main", "words"), PROGRAMS, ids=["evaluate", "play", "diagnose"])
+programs = pytest.mark.parametrize(("main", "arguments"), PROGRAMS, ids=["evaluate", "play", "diagnose"])
 Main = Callable[[list[str]], None]
 
 
@@ -82,15 +82,15 @@ Main = Callable[[list[str]], None]
 
 
 @programs
-def test_a_pickle_in_the_weights_place_is_not_run(run: RunFolder, main: Main, words: list[str]) -> None:
+def test_a_pickle_in_the_weights_place_is_not_run(run: RunFolder, main: Main, arguments: list[str]) -> None:
     for path in (run.checkpoint("last"), *run.snapshots()):
         torch.save({"format": weights_file.FORMAT, "agent": Evil()}, path)
     with pytest.raises(UserError, match="damaged or not a checkpoint written by asddpg.train"):
-        main(words)
+        main(arguments)
     for path in (run.checkpoint("last"), *run.snapshots()):
         path.write_bytes(pickle.dumps(Evil()))
     with pytest.raises(UserError, match="damaged or not a checkpoint written by asddpg.train"):
-        main(words)
+        main(arguments)
     assert not harm_done()
 
 
@@ -114,22 +114,24 @@ def test_a_pickle_in_the_step_log_is_not_run(run: RunFolder) -> None:
         "seed: !!python/name:theirs.Factory",
     ],
 )
-def test_objects_of_python_in_yaml_are_not_made(run: RunFolder, main: Main, words: list[str], line: str) -> None:
+def test_objects_of_python_in_yaml_are_not_made(run: RunFolder, main: Main, arguments: list[str], line: str) -> None:
     run.config.write_text(f"{run.config.read_text()}\n{line}\n")
     with pytest.raises(UserError, match=r"config.yaml is damaged or not written by asddpg.train"):
-        main(words)
+        main(arguments)
     assert not harm_done()
 
 
 @programs
-def test_a_controller_of_theirs_runs_only_where_the_user_names_it(run: RunFolder, main: Main, words: list[str]) -> None:
+def test_a_controller_of_theirs_runs_only_where_the_user_names_it(
+    run: RunFolder, main: Main, arguments: list[str]
+) -> None:
     changed(run, lambda values: values["controller"].update(type="theirs:Factory"))
     with pytest.raises(UserError, match="controller.type=theirs:Factory"):
-        main(words)
+        main(arguments)
     with pytest.raises(UserError, match="controller.type=theirs:Factory"):
-        main([*words, "controller.type=theirs:Other"])
+        main([*arguments, "controller.type=theirs:Other"])
     assert not harm_done()
-    main([*words, "controller.type=theirs:Factory"])
+    main([*arguments, "controller.type=theirs:Factory"])
     assert harm_done()
 
 
@@ -152,14 +154,16 @@ def test_a_controller_of_theirs_is_not_published(run: RunFolder) -> None:
 
 @programs
 @pytest.mark.parametrize("name", ["evaluation.json.part", "checkpoints/last/agent.pt", "played_episodes", "diagnosis"])
-def test_links_that_lead_out_of_a_run_are_not_followed(run: RunFolder, main: Main, words: list[str], name: str) -> None:
+def test_links_that_lead_out_of_a_run_are_not_followed(
+    run: RunFolder, main: Main, arguments: list[str], name: str
+) -> None:
     precious = Path("precious")
     precious.mkdir()
     link = run.path / name
     link.unlink(missing_ok=True)
     link.symlink_to(precious.absolute())
     with pytest.raises(UserError, match=f"a link that leads out of it, run/{name}"):
-        main(words)
+        main(arguments)
     assert not list(precious.iterdir())
 
 
@@ -219,11 +223,11 @@ def test_a_configuration_without_end_is_refused(run: RunFolder) -> None:
     ],
 )
 def test_numbers_beyond_all_measure_are_a_sentence(
-    run: RunFolder, main: Main, words: list[str], section: str, name: str, value: object, sentence: str
+    run: RunFolder, main: Main, arguments: list[str], section: str, name: str, value: object, sentence: str
 ) -> None:
     changed(run, lambda values: values[section].update({name: value}))
     with pytest.raises(UserError, match=sentence):
-        main(words)
+        main(arguments)
 
 
 def test_weights_that_unpack_to_more_than_their_file_are_not_unpacked(run: RunFolder) -> None:
@@ -238,7 +242,7 @@ def test_weights_that_unpack_to_more_than_their_file_are_not_unpacked(run: RunFo
 
 
 def test_a_step_log_that_unpacks_without_end_is_not_unpacked(run: RunFolder, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tools.diagnosis.step_metrics.LARGEST", ROOM)
+    monkeypatch.setattr("tools.diagnosis.step_metrics.MAX_UNPACKED_BYTES", ROOM)
     write_steps(run, np.zeros(ROOM, dtype=np.float32))
     assert run.steps.stat().st_size < ROOM / 10
     with pytest.raises(UserError, match=r"steps.npz is damaged"):

@@ -211,11 +211,11 @@ class Learner:
 @quick
 @given(st.lists(st.tuples(DECISIONS, LEARNED), max_size=6))
 def test_an_episode_is_driven_again_as_it_was(steps: list[tuple[Decision, dict[str, float]]]) -> None:
-    history, watched = History(), np.zeros(3, np.float32)
-    history.begin_episode(watched, {})
+    history, observation = History(), np.zeros(3, np.float32)
+    history.begin_episode(observation, {})
     for decision, learned in steps:
         tensors = {name: torch.tensor(value) for name, value in learned.items()}
-        history.step(Step(watched, decision, 0.0, watched, False, False, {}), tensors)
+        history.step(Step(observation, decision, 0.0, observation, False, False, {}), tensors)
     kept = remembered(round_trip({"history": history.state()})["history"])
     assert len(history) == len(kept) == len(steps)
 
@@ -224,15 +224,17 @@ def test_an_episode_is_driven_again_as_it_was(steps: list[tuple[Decision, dict[s
     again = Redriven(agent, kept, lambda: caught_up.append("caught up"))
     again.begin_episode()
     for decision, learned in steps:
-        made = again.decide(watched)
+        made = again.decide(observation)
         for name in Decision.__slots__:
             assert_same_tree(getattr(decision, name), getattr(made, name), name)
         assert not caught_up
-        assert_same_tree(learned, dict(again.learn(Step(watched, made, 0.0, watched, False, False, {}))), "learned")
+        assert_same_tree(
+            learned, dict(again.learn(Step(observation, made, 0.0, observation, False, False, {}))), "learned"
+        )
     assert list(caught_up) == (["caught up"] if steps else [])
     assert agent.asked == ([] if steps else ["begin"])
-    made = again.decide(watched)
-    again.learn(Step(watched, made, 0.0, watched, False, False, {}))
+    made = again.decide(observation)
+    again.learn(Step(observation, made, 0.0, observation, False, False, {}))
     assert agent.asked[-2:] == ["decide", "learn"]
 
 

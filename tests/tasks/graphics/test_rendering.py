@@ -162,5 +162,5 @@ def test_pictures_change_nothing_in_the_simulation() -> None:
                 renderer.render(physics.data.ptr, "onboard")
         renderer.close()
         states.append(np.concatenate((physics.data.ptr.qpos, physics.data.ptr.qvel, physics.data.ptr.sensordata)))
-    alone, watched = states
-    assert np.array_equal(alone, watched)
+    alone, navigation_env = states
+    assert np.array_equal(alone, navigation_env)

@@ -35,14 +35,14 @@ def test_a_run_is_diagnosed(run: Path, capsys: pytest.CaptureFixture[str]) -> No
     found = json.loads((run / "diagnosis/diagnosis.json").read_text())
     assert [snapshot["step"] for snapshot in found["snapshots"]][-1] == 400
     assert len(found["snapshots"]) == 2
-    for figures in (found["controller"], *(s[name] for s in found["snapshots"] for name in ("actor", "pair"))):
-        assert sum(figures[f"{name}_rate"]["value"] for name in ("reach", "crash", "timeout")) == pytest.approx(1.0)
-        assert len(figures["ends"]) == figures["episodes"] == 2
+    for metrics in (found["controller"], *(s[name] for s in found["snapshots"] for name in ("actor", "pair"))):
+        assert sum(metrics[f"{name}_rate"]["value"] for name in ("reach", "crash", "timeout")) == pytest.approx(1.0)
+        assert len(metrics["ends"]) == metrics["episodes"] == 2
     validated = read_rows(run / "validation.csv")
     for row, snapshot in zip(validated, found["snapshots"], strict=True):
         first = snapshot["actor"]["ends"][0]["outcome"]  # training validated on this pair alone
-        assert (int(row["step"]), float(row["reach_rate"])) == (snapshot["step"], first == "reached")
-        assert float(row["crash_rate"]) == (first == "crashed")
+        assert (int(row["step"]), float(row["success_rate"])) == (snapshot["step"], first == "reached")
+        assert float(row["collision_rate"]) == (first == "crashed")
     assert found["controller"]["controller_share"] == 1.0
     assert {snapshot["actor"]["controller_share"] for snapshot in found["snapshots"]} == {0.0}
     assert "step 400: actor alone reaches" in capsys.readouterr().out
@@ -132,7 +132,7 @@ def test_words_and_their_defaults() -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "sentence"),
+    ("arguments", "sentence"),
     [
         ([], "run=<run_dir>"),
         (["run="], "run=<run_dir>"),
@@ -147,11 +147,11 @@ def test_words_and_their_defaults() -> None:
     ],
 )
 def test_wrong_words_are_one_sentence(
-    words: list[str], sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    arguments: list[str], sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(UserError, match=sentence) as caught:
-        diagnose.main(words)
+        diagnose.main(arguments)
     assert "\n" not in str(caught.value)
 
 

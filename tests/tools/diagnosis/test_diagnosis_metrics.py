@@ -8,7 +8,7 @@ import pytest
 
 from asddpg.config import TaskConfig
 from asddpg.errors import UserError
-from tools.diagnosis.drive_metrics import End, driven, judged
+from tools.diagnosis.drive_metrics import End, drive_metrics, q_calibration
 from tools.diagnosis.returns import Tail
 from tools.diagnosis.rollouts import Rollout
 from tools.diagnosis.run_diagnosis import as_json
@@ -18,7 +18,7 @@ from tools.diagnosis.step_metrics import (
     shares_by_place,
     shares_over_training,
 )
-from tools.diagnosis.training_metrics import training_of, windows_of
+from tools.diagnosis.training_metrics import read_training_metrics, windows_of
 
 FULL = np.pi / 3
 
@@ -40,22 +40,22 @@ def rollout(
 
 def test_actions_are_told_apart() -> None:
     actions = [(0.5, 0.0), (0.0, 0.0), (0.0, FULL), (0.25, -FULL)]
-    figures = driven([rollout("reached", actions), rollout("crashed", actions)], TaskConfig())
-    assert figures.saturated_v == 0.75
-    assert figures.saturated_omega == 0.5
-    assert figures.standing == 0.25
-    assert figures.circling == 0.25
-    assert figures.controller_share == 0.5
-    assert figures.nowhere is None  # no episode lasts 5 s
-    assert figures.ends[1] == End("crashed", 0.0, 0.0, 5.0)
-    assert (figures.reach_rate.value, figures.crash_rate.value, figures.timeout_rate.value) == (0.5, 0.5, 0.0)
+    metrics = drive_metrics([rollout("reached", actions), rollout("crashed", actions)], TaskConfig())
+    assert metrics.saturated_v == 0.75
+    assert metrics.saturated_omega == 0.5
+    assert metrics.standing == 0.25
+    assert metrics.circling == 0.25
+    assert metrics.controller_share == 0.5
+    assert metrics.nowhere is None  # no episode lasts 5 s
+    assert metrics.ends[1] == End("crashed", 0.0, 0.0, 5.0)
+    assert (metrics.success_rate.value, metrics.collision_rate.value, metrics.timeout_rate.value) == (0.5, 0.5, 0.0)
 
 
 def test_still_is_relative_to_the_least_speed() -> None:
     actions = [(0.05, 0.0), (0.08, 0.0), (0.09, FULL), (0.12, FULL)]
-    figures = driven([rollout("timeout", actions)], TaskConfig(min_linear_velocity=0.05))
-    assert (figures.standing, figures.circling, figures.saturated_v) == (0.25, 0.25, 0.25)
-    from_zero = driven([rollout("timeout", actions)], TaskConfig())
+    metrics = drive_metrics([rollout("timeout", actions)], TaskConfig(min_linear_velocity=0.05))
+    assert (metrics.standing, metrics.circling, metrics.saturated_v) == (0.25, 0.25, 0.25)
+    from_zero = drive_metrics([rollout("timeout", actions)], TaskConfig())
     assert (from_zero.standing, from_zero.circling) == (0.0, 0.0)
 
 
@@ -64,14 +64,14 @@ def test_who_circles_slowly_gets_nowhere_too() -> None:
     circle = np.stack([0.1 * np.cos(angles), 0.1 * np.sin(angles)], axis=1)
     straight = np.stack([np.arange(51) * 0.1, np.zeros(51)], axis=1)
     both = [rollout("timeout", [(0.1, 1.0)] * 50, list(map(tuple, way.tolist()))) for way in (circle, straight)]
-    assert driven(both[:1], TaskConfig()).nowhere == 1.0
-    assert driven(both, TaskConfig()).nowhere == 0.5
-    assert driven(both[:1], TaskConfig()).circling == 0.0
+    assert drive_metrics(both[:1], TaskConfig()).nowhere == 1.0
+    assert drive_metrics(both, TaskConfig()).nowhere == 0.5
+    assert drive_metrics(both[:1], TaskConfig()).circling == 0.0
 
 
 def test_q_is_held_against_what_followed() -> None:
     three_steps = rollout("reached", [(0.5, 0.0)] * 3)
-    found = judged(np.array([2.75, 1.5, 1.0]), [three_steps], 0.5, Tail(-8.0, 8.0))
+    found = q_calibration(np.array([2.75, 1.5, 1.0]), [three_steps], 0.5, Tail(-8.0, 8.0))
     assert found.bias == pytest.approx((2.75 - 1.75) / 3)
     assert found.bias_low == found.bias_high == found.bias
     assert (found.states, found.left_out) == (3, 0)
@@ -79,15 +79,17 @@ def test_q_is_held_against_what_followed() -> None:
 
 def test_the_time_limit_makes_an_interval_of_the_bias() -> None:
     broken_off = rollout("timeout", [(0.5, 0.0)] * 3)
-    found = judged(np.array([1.75, 100.0, 100.0]), [broken_off], 0.5, Tail(-8.0, 8.0))
+    found = q_calibration(np.array([1.75, 100.0, 100.0]), [broken_off], 0.5, Tail(-8.0, 8.0))
     assert (found.states, found.left_out) == (1, 2)
     assert (found.bias_low, found.bias, found.bias_high) == (-1.0, 0.0, 1.0)
-    nothing = judged(np.array([1.0]), [rollout("timeout", [(0.5, 0.0)])], 0.5, Tail(-8.0, 8.0))
+    nothing = q_calibration(np.array([1.0]), [rollout("timeout", [(0.5, 0.0)])], 0.5, Tail(-8.0, 8.0))
     assert (nothing.states, nothing.bias, nothing.bins) == (0, None, [])
 
 
 def test_a_critic_that_diverged_can_still_be_written() -> None:
-    found = as_json(judged(np.array([np.nan, np.inf]), [rollout("reached", [(0.5, 0.0)] * 2)], 0.5, Tail(-8.0, 8.0)))
+    found = as_json(
+        q_calibration(np.array([np.nan, np.inf]), [rollout("reached", [(0.5, 0.0)] * 2)], 0.5, Tail(-8.0, 8.0))
+    )
     assert found["mean_q"] is found["bias"] is None
     assert found["mean_return"] == 1.25
     json.dumps(found, allow_nan=False)
@@ -146,7 +148,7 @@ def test_a_training_that_has_hardly_begun_has_no_figures(tmp_path: Path) -> None
     (tmp_path / "metrics.csv").write_text("step,steps,controller_share\r\n18,1", newline="")
     nothing = {name: array[:0] for name, array in logged().items()}
     np.savez(tmp_path / "steps.npz", **nothing)  # type: ignore[arg-type]
-    found = training_of(tmp_path / "metrics.csv", tmp_path / "steps.npz")
+    found = read_training_metrics(tmp_path / "metrics.csv", tmp_path / "steps.npz")
     assert found.windows.driven == [None]
     assert (found.preferred.steps, found.by_place) == ([], [])
 

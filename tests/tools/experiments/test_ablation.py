@@ -14,7 +14,7 @@ from tools.experiments.ablation_table import Row
 from tools.experiments.factors import FACTORS, Factor
 from tools.experiments.run_csv import write_csv
 from tools.experiments.run_groups import Run, finished, settings_of
-from tools.experiments.run_metrics import figures_of
+from tools.experiments.run_metrics import read_run_metrics
 from tools.experiments.run_store import differences, stored_runs
 from tools.experiments.run_tables import Result
 
@@ -32,7 +32,7 @@ def test_each_factor_changes_the_default_and_switching_it_back_gives_the_default
     """So `on` and `off` speak of the same options."""
     factor = FACTORS[name]
     reference = settings_of(["agent=asddpg", *factor.beside])
-    on, off = (settings_of(["agent=asddpg", *factor.beside, *words]) for words in (factor.on, factor.off))
+    on, off = (settings_of(["agent=asddpg", *factor.beside, *arguments]) for arguments in (factor.on, factor.off))
     assert on != off
     assert reference in (on, off) or name in ("withdrawal", "alone_throughout", "alone_stretches")
     assert factor.title
@@ -70,7 +70,7 @@ def test_each_row_differs_from_its_reference_by_its_own_factor() -> None:
     grid = ablation.rows(ablation.request([]))
     settings = [row.group.settings(0) for row in grid.values()]
     assert not [one for number, one in enumerate(settings) if one in settings[:number]]
-    assert not [word for row in grid.values() for word in row.group.options if "$" in word]
+    assert not [argument for row in grid.values() for argument in row.group.options if "$" in argument]
     for name, row in grid.items():
         if row.reference is None:
             continue
@@ -91,9 +91,14 @@ def test_what_changes_nothing_is_left_out(monkeypatch: pytest.MonkeyPatch) -> No
 def test_a_command_line() -> None:
     asked = ablation.request(["--list", "imitation", "seeds=7,8,7", "steps=500", "task=nav_empty", "reward=dense"])
     assert (asked.verb, list(asked.factors), asked.seeds, asked.steps) == ("list", ["imitation"], (7, 8), 500)
-    assert asked.words == ("task=nav_empty", "reward=dense")
+    assert asked.arguments == ("task=nav_empty", "reward=dense")
     plain = ablation.request([])
-    assert (plain.verb, plain.seeds, plain.steps, plain.words) == ("", (100, 101, 102), 60_000, ("task=nav_complex",))
+    assert (plain.verb, plain.seeds, plain.steps, plain.arguments) == (
+        "",
+        (100, 101, 102),
+        60_000,
+        ("task=nav_complex",),
+    )
     assert plain.factors == FACTORS
 
 
@@ -115,17 +120,17 @@ def test_every_rows_words_in_the_table_train_it_again_from_a_shell(tmp_path: Pat
     for name, group in groups.items():
         finish_group(tmp_path, name, group, [0.5])
     for name, runs in finished(groups, stored_runs(tmp_path)).items():
-        results[name] = [Result(run, figures_of(run)) for run in runs]
+        results[name] = [Result(run, read_run_metrics(run)) for run in runs]
     write_csv(tmp_path / "table.csv", groups, results)
     with (tmp_path / "table.csv").open() as file:
-        written = {row["group"]: row["words"] for row in csv.DictReader(file)}
+        written = {row["group"]: row["arguments"] for row in csv.DictReader(file)}
     assert list(written) == list(grid)
-    for name, words in written.items():
-        assert settings_of(shlex.split(words)) == groups[name].settings(100)
+    for name, arguments in written.items():
+        assert settings_of(shlex.split(arguments)) == groups[name].settings(100)
 
 
 @pytest.mark.parametrize(
-    ("words", "sentence"),
+    ("arguments", "sentence"),
     [
         (["imitaton"], "there is no factor 'imitaton'; there are .*imitation"),
         (["seeds=a"], "seeds must be whole numbers"),
@@ -144,21 +149,21 @@ def test_every_rows_words_in_the_table_train_it_again_from_a_shell(tmp_path: Pat
         (["seeds=5", "seeds=6"], "seeds is given twice, as 5 and 6"),
     ],
 )
-def test_wrong_words_are_one_sentence_and_create_nothing(words: list[str], sentence: str, tmp_path: Path) -> None:
+def test_wrong_words_are_one_sentence_and_create_nothing(arguments: list[str], sentence: str, tmp_path: Path) -> None:
     with pytest.raises(UserError, match=sentence) as caught:
-        ablation.main(words)
+        ablation.main(arguments)
     assert "\n" not in str(caught.value)
     assert not list(tmp_path.iterdir())
 
 
 def test_the_table_is_sorted_by_the_effect_paired_by_seed(capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["imitation", "n_steps", "twin_critics", "seeds=100,101", "steps=1000"]
-    grid = ablation.rows(ablation.request(words))
+    arguments = ["imitation", "n_steps", "twin_critics", "seeds=100,101", "steps=1000"]
+    grid = ablation.rows(ablation.request(arguments))
     reaches = {"paper": [0.5, 0.7], "paper_with_imitation": [0.4, 0.5], "paper_with_n_steps": [0.6, 0.8]}
     for name, values in reaches.items():
         finish_group(ablation.FOLDER, name, grid[name].group, values)
     finish_group(ablation.FOLDER, "paper_with_twin_critics", grid["paper_with_twin_critics"].group, [0.52])
-    ablation.main(["table", *words])
+    ablation.main(["table", *arguments])
     lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("| paper")]
     cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines]
     assert [cell[:4] for cell in cells] == [
@@ -181,7 +186,7 @@ def _finish(grid: Mapping[str, Row], reaches: Mapping[str, list[float]]) -> None
 
 
 def test_what_falls_short_on_the_first_seed_is_trained_on_no_other(capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["imitation", "n_steps", "annealing", "twin_critics", "seeds=100,101", "steps=1000"]
+    arguments = ["imitation", "n_steps", "annealing", "twin_critics", "seeds=100,101", "steps=1000"]
     reaches = {
         "default": [0.9],
         "default_without_imitation": [0.5],
@@ -192,8 +197,8 @@ def test_what_falls_short_on_the_first_seed_is_trained_on_no_other(capsys: pytes
         "paper_with_imitation": [0.2],
         "paper_with_n_steps": [0.08],
     }
-    _finish(ablation.rows(ablation.request(words)), reaches)
-    ablation.main(["list", *words])
+    _finish(ablation.rows(ablation.request(arguments)), reaches)
+    ablation.main(["list", *arguments])
     asked = [line.split(";")[0] for line in capsys.readouterr().out.splitlines() if "seeds 100, 101;" in line]
     assert sorted(asked) == [
         "default: default",
@@ -206,17 +211,17 @@ def test_what_falls_short_on_the_first_seed_is_trained_on_no_other(capsys: pytes
         "paper_with_imitation: paper with imitation",
         "paper_with_twin_critics: paper with twin_critics",
     ]
-    ablation.main(["list", *words, "rule_out=none"])
+    ablation.main(["list", *arguments, "rule_out=none"])
     assert "default_without_imitation: default without imitation; seeds 100, 101" in capsys.readouterr().out
-    ablation.main(["table", *words])
+    ablation.main(["table", *arguments])
     assert "| default without imitation (ruled out) | 100 | 0.500 | -0.400 |" in capsys.readouterr().out
 
 
 def test_runs_of_what_is_ruled_out_stay_in_the_table(capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["imitation", "seeds=100,101,102", "steps=1000"]
-    grid = ablation.rows(ablation.request(words))
+    arguments = ["imitation", "seeds=100,101,102", "steps=1000"]
+    grid = ablation.rows(ablation.request(arguments))
     _finish(grid, {"default": [0.9], "default_without_imitation": [0.5, 0.9]})
-    ablation.main(["table", *words])
+    ablation.main(["table", *arguments])
     assert "| default without imitation (ruled out) | 100, 101 | 0.500, 0.900 |" in capsys.readouterr().out
 
 
@@ -250,12 +255,12 @@ def test_a_first_run_that_fails_keeps_no_other_setting_from_its_seeds(monkeypatc
 
 
 def test_an_effect_against_another_row_than_the_first_names_it(capsys: pytest.CaptureFixture[str]) -> None:
-    words = ["critic_follows_switch", "twin_critics", "seeds=100", "steps=1000"]
-    grid = ablation.rows(ablation.request(words))
+    arguments = ["critic_follows_switch", "twin_critics", "seeds=100", "steps=1000"]
+    grid = ablation.rows(ablation.request(arguments))
     reaches = {"default": 0.9, "default_without_critic_follows_switch": 0.5, "default_with_twin_critics": 0.6}
     for name, value in reaches.items():
         finish_group(ablation.FOLDER, name, grid[name].group, [value])
-    ablation.main(["table", *words])
+    ablation.main(["table", *arguments])
     row = "| default with twin_critics, against default without critic_follows_switch | 100 | 0.600 | +0.100 |"
     assert row in capsys.readouterr().out
 

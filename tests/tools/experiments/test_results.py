@@ -8,7 +8,7 @@ import pytest
 from asddpg.build import make_environment
 from asddpg.command_line import train_config
 from asddpg.errors import UserError
-from asddpg.train import hash_of
+from asddpg.runs.provenance import environment_hash
 from tasks.evaluation_pairs import stored_pairs
 from tests.support.fake_runs import finish_group
 from tools import results
@@ -39,19 +39,19 @@ def test_the_table_of_the_runs_there_are(capsys: pytest.CaptureFixture[str]) -> 
 
 
 @pytest.mark.parametrize(
-    ("words", "sentence"),
+    ("arguments", "sentence"),
     [(["complx"], "there is no group 'complx'; there are empty, "), (["list", "table"], "not both")],
 )
-def test_wrong_words_are_one_sentence_and_create_nothing(words: list[str], sentence: str, tmp_path: Path) -> None:
+def test_wrong_words_are_one_sentence_and_create_nothing(arguments: list[str], sentence: str, tmp_path: Path) -> None:
     with pytest.raises(UserError, match=sentence):
-        results.main(words)
+        results.main(arguments)
     assert not list(tmp_path.iterdir())
 
 
 def test_the_controller_alone_is_measured_once_and_anew_where_the_task_has_changed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(controller_alone, "stored_pairs", lambda *words: stored_pairs(*words)[:3])
+    monkeypatch.setattr(controller_alone, "stored_pairs", lambda *arguments: stored_pairs(*arguments)[:3])
     config = train_config(["task=nav_empty", "task.min_linear_velocity=0", "controller.gains=[10,1]"])
     assert not controller_alone.measured([config], tmp_path, may_drive=False)
     found = controller_alone.measured([config, config], tmp_path, may_drive=True)
@@ -69,24 +69,24 @@ def test_the_controller_alone_is_measured_once_and_anew_where_the_task_has_chang
 def test_configurations_that_differ_in_the_task_alone_do_not_take_each_others_figures(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(controller_alone, "stored_pairs", lambda *words: stored_pairs(*words)[:2])
-    words = ["task=nav_empty", "controller.gains=[10,1]"]
-    configs = [train_config([*words, f"task.min_linear_velocity={v}"]) for v in (0, 0.05)]
+    monkeypatch.setattr(controller_alone, "stored_pairs", lambda *arguments: stored_pairs(*arguments)[:2])
+    arguments = ["task=nav_empty", "controller.gains=[10,1]"]
+    configs = [train_config([*arguments, f"task.min_linear_velocity={v}"]) for v in (0, 0.05)]
     found = controller_alone.measured(configs, tmp_path, may_drive=True)
     assert list(found) == ["nav_empty, P(10, 1)", "nav_empty, P(10, 1), min_linear_velocity=0.05"]
     assert len(list(tmp_path.iterdir())) == 2
     assert controller_alone.measured(configs, tmp_path, may_drive=False) == found
-    titles = {controller_alone.title_of(train_config([*words, f"task.laser.num_beams={n}"])) for n in (12, 24, 40)}
+    titles = {controller_alone.title_of(train_config([*arguments, f"task.laser.num_beams={n}"])) for n in (12, 24, 40)}
     assert len(titles) == 3
 
 
 def test_the_controller_is_measured_anew_where_the_scene_has_changed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(controller_alone, "stored_pairs", lambda *words: stored_pairs(*words)[:1])
+    monkeypatch.setattr(controller_alone, "stored_pairs", lambda *arguments: stored_pairs(*arguments)[:1])
     config = train_config(["task=nav_empty"])
     found = controller_alone.measured([config], tmp_path, may_drive=True)
     environment = make_environment(config.task, config.reward)
-    assert [content["model_hash"] for content in found.values()] == [hash_of(environment)]
+    assert [content["model_hash"] for content in found.values()] == [environment_hash(environment)]
     monkeypatch.setattr(controller_alone, "scene_today", lambda *_: "another")
     assert not controller_alone.measured([config], tmp_path, may_drive=False)

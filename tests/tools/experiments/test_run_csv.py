@@ -12,7 +12,7 @@ from tools.experiments import run_csv
 from tools.experiments.run_csv import digest, outdated, published_runs, write_csv
 from tools.experiments.run_grid import known_runs, results_of
 from tools.experiments.run_groups import Group, finished
-from tools.experiments.run_metrics import figures_of
+from tools.experiments.run_metrics import read_run_metrics
 from tools.experiments.run_provenance import provenance
 from tools.experiments.run_store import stored_runs
 
@@ -33,10 +33,10 @@ def written(folder: Path) -> Path:
 def test_a_row_a_run_with_the_words_that_train_it(tmp_path: Path) -> None:
     with written(tmp_path).open() as file:
         rows = list(csv.DictReader(file))
-    assert [(row["group"], row["seed"], row["reach_last"]) for row in rows] == [
+    assert [(row["group"], row["seed"], row["success_last"]) for row in rows] == [
         ("empty", "0", "0.7"), ("empty", "1", "0.8"), ("ddpg", "0", "0.1"),
     ]  # fmt: skip
-    assert rows[0]["words"].endswith("task=nav_empty seed=0")
+    assert rows[0]["arguments"].endswith("task=nav_empty seed=0")
     assert Path(rows[0]["folder"]) == tmp_path / "runs/empty_seed0"
 
 
@@ -45,10 +45,10 @@ def test_published_runs_have_the_figures_that_the_stored_ones_had(tmp_path: Path
     stored = finished(GROUPS, stored_runs(tmp_path / "runs"))
     published = finished(GROUPS, published_runs(path, GROUPS))
     for name, runs in stored.items():
-        assert [figures_of(run) for run in runs] == [run.figures for run in published[name]]
+        assert [read_run_metrics(run) for run in runs] == [run.metrics for run in published[name]]
         assert [run.settings for run in runs] == [run.settings for run in published[name]]
-        assert [dict(run.made_with) for run in runs] == [dict(run.made_with) for run in published[name]]
-    assert published["ddpg"][0].figures.share_1 is None
+        assert [dict(run.provenance) for run in runs] == [dict(run.provenance) for run in published[name]]
+    assert published["ddpg"][0].metrics.share_1 is None
 
 
 def test_a_run_serves_whoever_asks_for_its_options_and_nobody_else(tmp_path: Path) -> None:
@@ -56,14 +56,14 @@ def test_a_run_serves_whoever_asks_for_its_options_and_nobody_else(tmp_path: Pat
     same = Group("the same by another name", ("task=nav_empty", "agent.imitation=1"), 1000, (0,))
     other = Group("another", ("task=nav_empty", "agent.imitation=0.5"), 1000, (0,))
     found = finished({"same": same, "other": other}, published_runs(path, {"same": same, "other": other}))
-    assert [run.figures.reach_last for run in found["same"]] == [0.7]
+    assert [run.metrics.success_last for run in found["same"]] == [0.7]
     assert not found["other"]
 
 
 @pytest.mark.parametrize(
     "change",
     [
-        ("reach_last", "reach"),
+        ("success_last", "reach"),
         ("0.7,", "well,"),
         ("0.7,", "nan,"),
         ("options_digest", "digest"),
@@ -131,21 +131,21 @@ def test_the_ablation_trains_what_is_not_published(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(ablation, "TABLE", tmp_path / "published.csv")
-    words = ["imitation", "seeds=100,101", "steps=1000", "rule_out=none"]
-    grid = ablation.rows(ablation.request(words))
+    arguments = ["imitation", "seeds=100,101", "steps=1000", "rule_out=none"]
+    grid = ablation.rows(ablation.request(arguments))
     finish_group(ablation.FOLDER, "default", grid["default"].group, [0.9, 0.8])
-    ablation.main(["table", *words])
+    ablation.main(["table", *arguments])
     (ablation.FOLDER / "table.csv").rename(ablation.TABLE)
     ablation.FOLDER.rename("elsewhere")
     finish_group(ablation.FOLDER, "default_without_imitation", grid["default_without_imitation"].group, [0.5])
     capsys.readouterr()
-    ablation.main(["list", *words, "published"])
+    ablation.main(["list", *arguments, "published"])
     listed = capsys.readouterr().out
     assert "default: default; seeds 100, 101; 2 of 2 finished" in listed
     assert "5 runs of 5000 steps in all to train" in listed
-    ablation.main(["table", *words, "published"])
+    ablation.main(["table", *arguments, "published"])
     assert "| default without imitation (of 2, unfinished) | 100 | 0.500 | -0.400 |" in capsys.readouterr().out
-    ablation.main(["list", *words])
+    ablation.main(["list", *arguments])
     assert "7 runs" in capsys.readouterr().out
 
 

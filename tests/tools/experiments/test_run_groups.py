@@ -7,10 +7,10 @@ import yaml
 
 from asddpg.errors import UserError
 from asddpg.runs.lock import RunLock
-from asddpg.train import versions
+from asddpg.runs.provenance import versions
 from tests.support.fake_runs import finish, finish_group
 from tools.experiments.run_groups import Group, finished, missing
-from tools.experiments.run_store import differences, is_begun, make_room, stored_runs
+from tools.experiments.run_store import archive_existing, differences, is_begun, stored_runs
 
 DEFAULT = Group("default", ("task=nav_empty",), 1000, (0, 1, 2))
 WIDTHS = Group("fc3x256", ("task=nav_empty", "network=fc3x256"), 1000, (0, 1))
@@ -21,7 +21,7 @@ GROUPS = {"default": DEFAULT, "widths": WIDTHS, "small": SMALL}
 def test_an_experiment_that_two_groups_ask_for_is_trained_once() -> None:
     runs = missing(GROUPS, [])
     assert [run.name for run in runs] == ["default_seed0", "default_seed1", "default_seed2", "small_seed0"]
-    assert runs[0].words == ("total_steps=1000", "validation.every=50", "task=nav_empty", "seed=0")
+    assert runs[0].arguments == ("total_steps=1000", "validation.every=50", "task=nav_empty", "seed=0")
 
 
 def test_a_finished_run_serves_every_group_that_asks_for_it(tmp_path: Path) -> None:
@@ -57,14 +57,14 @@ def test_a_run_with_an_option_less_than_there_is_today_is_another_experiment(tmp
 def test_a_run_with_other_options_is_kept_aside_and_named(tmp_path: Path) -> None:
     old = Group("old", ("task=nav_empty", "agent.imitation=0.5"), 1000, (0,))
     path = finish(tmp_path / "default_seed0", old.settings(0))
-    said = make_room(path, DEFAULT.settings(0))
+    said = archive_existing(path, DEFAULT.settings(0))
     assert not path.exists()
     assert "agent.imitation was 0.5 and is 1.0" in said
     assert f"kept as {path}.old1" in said
     # And it is found again by whoever asks for it.
     assert not missing({"old": old}, stored_runs(tmp_path))
     finish(path, old.settings(0))
-    make_room(path, DEFAULT.settings(0))
+    archive_existing(path, DEFAULT.settings(0))
     assert (tmp_path / "default_seed0.old2").is_dir()
 
 
@@ -72,10 +72,10 @@ def test_what_cannot_go_on_is_kept_aside(tmp_path: Path) -> None:
     """A run of other versions, one that somebody prolongs, a folder that is no run: hours of work, each of them."""
     path = finish(tmp_path / "default_seed0", DEFAULT.settings(0))
     (path / "resources.json").unlink()
-    assert "other versions" in make_room(path, DEFAULT.settings(0))
+    assert "other versions" in archive_existing(path, DEFAULT.settings(0))
     path.mkdir()
     (path / "precious.txt").write_text("mine")
-    assert "kept as" in make_room(path, DEFAULT.settings(0))
+    assert "kept as" in archive_existing(path, DEFAULT.settings(0))
     assert (tmp_path / "default_seed0.old2/precious.txt").read_text() == "mine"
 
 
@@ -83,7 +83,7 @@ def test_a_run_that_is_being_written_stays_where_it_is(tmp_path: Path) -> None:
     path = finish(tmp_path / "default_seed0", DEFAULT.settings(0))
     (path / "resources.json").unlink()
     with RunLock(path), pytest.raises(UserError, match="is being written by process"):
-        make_room(path, DEFAULT.settings(1))
+        archive_existing(path, DEFAULT.settings(1))
     assert (path / "config.yaml").is_file()
 
 
@@ -91,10 +91,10 @@ def test_a_prolonged_run_is_not_the_experiment_of_its_options(tmp_path: Path) ->
     path = finish(tmp_path / "default_seed0", DEFAULT.settings(0))
     config = path / "config.yaml"
     content = yaml.safe_load(config.read_text())
-    content["made_with"]["prolonged"] = "from 500 to 1000 at step 500"
+    content["provenance"]["prolonged"] = "from 500 to 1000 at step 500"
     config.write_text(yaml.safe_dump(content))
     assert not stored_runs(tmp_path)
-    assert "prolonged" in make_room(path, DEFAULT.settings(0))
+    assert "prolonged" in archive_existing(path, DEFAULT.settings(0))
 
 
 def test_only_an_unfinished_run_of_the_same_options_goes_on(tmp_path: Path) -> None:
@@ -103,10 +103,10 @@ def test_only_an_unfinished_run_of_the_same_options_goes_on(tmp_path: Path) -> N
     (path / "resources.json").unlink()
     assert not is_begun(path, DEFAULT.settings(0))  # of another version
     config = path / "config.yaml"
-    content = yaml.safe_load(config.read_text()) | {"made_with": versions()}
+    content = yaml.safe_load(config.read_text()) | {"provenance": versions()}
     config.write_text(yaml.safe_dump(content))
     assert is_begun(path, DEFAULT.settings(0))
-    config.write_text(yaml.safe_dump(content | {"made_with": versions() | {"resumed": "at step 5 with torch 1"}}))
+    config.write_text(yaml.safe_dump(content | {"provenance": versions() | {"resumed": "at step 5 with torch 1"}}))
     assert not is_begun(path, DEFAULT.settings(0))
     config.write_text(yaml.safe_dump(content))
     assert not is_begun(path, DEFAULT.settings(1))

@@ -8,12 +8,12 @@ from asddpg.build import make_environment
 from asddpg.command_line import train_config
 from asddpg.episodes.intervals import Estimate
 from asddpg.errors import UserError
-from asddpg.train import hash_of
+from asddpg.runs.provenance import environment_hash
 from tests.support.fake_runs import finish, finish_group
 from tools.experiments.current_scenes import scene_today
 from tools.experiments.markdown import markdown
 from tools.experiments.run_groups import Group, finished
-from tools.experiments.run_metrics import RunFigures, figures_of
+from tools.experiments.run_metrics import RunMetrics, read_run_metrics
 from tools.experiments.run_provenance import provenance
 from tools.experiments.run_store import stored_runs
 from tools.experiments.run_tables import COLUMNS, Result, Results, runs_table
@@ -22,14 +22,14 @@ GROUP = Group("nav_empty", ("task=nav_empty",), 1000, (0, 1, 2))
 DDPG = Group("DDPG", ("task=nav_empty", "agent=ddpg"), 1000, (0,))
 
 
-def read(path: Path) -> RunFigures:
+def read(path: Path) -> RunMetrics:
     (run,) = stored_runs(path.parent)
-    return figures_of(run)
+    return read_run_metrics(run)
 
 
 def results(groups: dict[str, Group], folder: Path) -> Results:
     found = finished(groups, stored_runs(folder))
-    return {name: [Result(run, figures_of(run)) for run in runs] for name, runs in found.items()}
+    return {name: [Result(run, read_run_metrics(run)) for run in runs] for name, runs in found.items()}
 
 
 def test_figures_of_a_run(tmp_path: Path) -> None:
@@ -44,8 +44,8 @@ def test_figures_of_a_run(tmp_path: Path) -> None:
         validations=validations,
     )
     found = read(path)
-    assert found.reach_training == 0.75
-    assert (found.reach_last, found.crash_last, found.reach_best) == pytest.approx((0.7, 0.3, 0.8))
+    assert found.success_training == 0.75
+    assert (found.success_last, found.collision_last, found.success_best) == pytest.approx((0.7, 0.3, 0.8))
     assert (found.share_1, found.share_2, found.share_3) == pytest.approx((0.1, 0.2, 0.3))
     assert found.share_4 == pytest.approx((15 * 0.4 + 10 * 0.9) / 25)
     assert found.share_end == pytest.approx(0.9)
@@ -59,7 +59,7 @@ def test_only_the_last_200_episodes_count_and_none_that_was_cut(tmp_path: Path) 
     path = finish(tmp_path / "run", GROUP.settings(0))
     rows = ["1,reached,1,0"] * 50 + ["1,crashed,1,0"] * 150 + ["1,reached,1,0"] * 50 + ["1,cut,1,0"]
     (path / "metrics.csv").write_text("\n".join(["step,outcome,steps,controller_share", *rows]))
-    assert read(path).reach_training == 0.25
+    assert read(path).success_training == 0.25
 
 
 def test_where_there_is_nothing_to_measure(tmp_path: Path) -> None:
@@ -67,7 +67,7 @@ def test_where_there_is_nothing_to_measure(tmp_path: Path) -> None:
     (path / "test.json").unlink()
     (path / "validation.csv").unlink()
     found = read(path)
-    assert (found.share_1, found.share_end, found.reach_last, found.swing) == (None, None, None, None)
+    assert (found.share_1, found.share_end, found.success_last, found.swing) == (None, None, None, None)
 
 
 def test_what_the_switch_prefers_is_counted_in_the_last_tenth_whoever_drove(tmp_path: Path) -> None:
@@ -116,7 +116,7 @@ def test_a_group_with_runs_missing_says_so(tmp_path: Path) -> None:
 
 
 def test_intervals_of_shares_end_at_0_and_1_and_others_do_not() -> None:
-    assert COLUMNS["reach_last"].cell(Estimate(0.9, 0.7, 1.1)) == "0.900 [0.700, 1.000]"
+    assert COLUMNS["success_last"].cell(Estimate(0.9, 0.7, 1.1)) == "0.900 [0.700, 1.000]"
     assert COLUMNS["swing"].cell(Estimate(0.9, -0.7, 1.1)) == "0.900 [-0.700, 1.100]"
     assert COLUMNS["swing"].cell(Estimate(0.9, None, None)) == "0.900"
     assert COLUMNS["swing"].cell(Estimate(None, None, None)) == "–"
@@ -144,7 +144,7 @@ def test_runs_that_are_all_of_another_scene_than_todays_are_told(tmp_path: Path)
 
 def test_todays_scene_is_the_one_that_training_notes() -> None:
     config = train_config(["task=nav_empty", "task.laser.num_beams=24"])
-    assert scene_today("nav_empty", 24) == hash_of(make_environment(config.task, config.reward))
+    assert scene_today("nav_empty", 24) == environment_hash(make_environment(config.task, config.reward))
 
 
 def test_a_bar_in_a_cell_does_not_end_it() -> None:

@@ -51,9 +51,9 @@ def test_two_at_a_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
 
 def test_the_command_trains() -> None:
     (run, *_) = missing({"empty": GROUP}, [])
-    words = run_training.command(run, Path("here"), goes_on=False)
-    assert words[1:3] == ["-m", "asddpg.train"]
-    assert words[3:] == [*GROUP.options, "seed=0", "run_dir=here"]
+    arguments = run_training.command(run, Path("here"), goes_on=False)
+    assert arguments[1:3] == ["-m", "asddpg.train"]
+    assert arguments[3:] == [*GROUP.options, "seed=0", "run_dir=here"]
     assert run_training.command(run, Path("here"), goes_on=True)[3:] == ["resume=here"]
 
 
@@ -62,15 +62,15 @@ def test_a_run_that_was_broken_off_goes_on(tmp_path: Path, monkeypatch: pytest.M
     runs = pretend(monkeypatch, "")[:2]
     monkeypatch.setattr(run_training, "is_begun", lambda path, _: path.name == runs[0].name)
     run_training.log_of(runs[0], tmp_path).write_text("begun\n")
-    words: dict[str, bool] = {}
+    arguments: dict[str, bool] = {}
 
     def command(run: Run, _: Path, goes_on: bool) -> list[str]:
-        words[run.name] = goes_on
+        arguments[run.name] = goes_on
         return [sys.executable, "-S", "-c", f"print('goes on' if {goes_on} else 'begins')"]
 
     monkeypatch.setattr(run_training, "command", command)
     assert not run_training.train(runs, tmp_path)
-    assert words == {runs[0].name: True, runs[1].name: False}
+    assert arguments == {runs[0].name: True, runs[1].name: False}
     assert run_training.log_of(runs[0], tmp_path).read_text() == "begun\ngoes on\n"
     assert run_training.log_of(runs[1], tmp_path).read_text() == "begins\n"
 

@@ -2,11 +2,11 @@
 
 from tasks.physics import Pose
 from tasks.room_geometry.held_out import Pair
-from tools.publishing.failures import Drive, report
+from tools.publishing.failures import DrivenEpisode, report
 
 
-def drive(goal: tuple[float, float], length: float, outcome: str) -> Drive:
-    return Drive(Pair(Pose(0.0, 0.0, 0.0), goal, length), outcome, (1.0, 0.0))
+def drive(goal: tuple[float, float], length: float, outcome: str) -> DrivenEpisode:
+    return DrivenEpisode(Pair(Pose(0.0, 0.0, 0.0), goal, length), outcome, (1.0, 0.0))
 
 
 def test_nothing_failed() -> None:

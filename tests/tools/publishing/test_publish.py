@@ -101,7 +101,7 @@ def test_its_figures_are_the_runs(finished_run: RunFolder, published: Pretrained
     assert tested["actor"] == of_the_run["last"]
     assert set(tested) >= {"switch", "controller", "model_hash", "failures"}
     assert len(tested["outcomes"]) == 3
-    assert f"| {tested['actor']['reach_rate']['value']:.3f} [" in published.card.read_text()
+    assert f"| {tested['actor']['success_rate']['value']:.3f} [" in published.card.read_text()
 
 
 def test_same_weights_same_bytes(finished_run: RunFolder, published: PretrainedFolder) -> None:
@@ -109,10 +109,12 @@ def test_same_weights_same_bytes(finished_run: RunFolder, published: PretrainedF
     assert open_pretrained("again").weights.read_bytes() == published.weights.read_bytes()
 
 
-@pytest.mark.parametrize("words", [[], ["driver=switch"], ["task=nav_simple"], ["seed=1"]])
-def test_evaluating_by_name(published: PretrainedFolder, words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("arguments", [[], ["driver=switch"], ["task=nav_simple"], ["seed=1"]])
+def test_evaluating_by_name(
+    published: PretrainedFolder, arguments: list[str], capsys: pytest.CaptureFixture[str]
+) -> None:
     capsys.readouterr()
-    evaluate.main(["run=pretrained:mine", "episodes=2", *words])
+    evaluate.main(["run=pretrained:mine", "episodes=2", *arguments])
     printed = capsys.readouterr().out
     assert "pretrained:mine (step 300)" in printed
     assert "note:" not in printed
@@ -121,15 +123,15 @@ def test_evaluating_by_name(published: PretrainedFolder, words: list[str], capsy
 
 
 def test_another_scene_is_noted(published: PretrainedFolder, capsys: pytest.CaptureFixture[str]) -> None:
-    _, made_with = read_training(published.config)
-    published.config.write_text(published.config.read_text().replace(made_with["model_hash"], "0123456789abcdef"))
+    _, provenance = read_training(published.config)
+    published.config.write_text(published.config.read_text().replace(provenance["model_hash"], "0123456789abcdef"))
     evaluate.main(["run=pretrained:mine", "episodes=1"])
     assert "note: the scene's model is not the one" in capsys.readouterr().out
 
 
 @pytest.mark.usefixtures("published")
 @pytest.mark.parametrize(
-    ("words", "sentence"),
+    ("arguments", "sentence"),
     [
         (["run=pretrained:yours"], "no pretrained policy 'yours'; there are mine"),
         (["run=pretrained:../mine"], "there are mine"),
@@ -137,9 +139,9 @@ def test_another_scene_is_noted(published: PretrainedFolder, capsys: pytest.Capt
         (["run=pretrained:mine", "controller.gains=[1,2]"], "brings its own controller"),
     ],
 )
-def test_wrong_names(words: list[str], sentence: str) -> None:
+def test_wrong_names(arguments: list[str], sentence: str) -> None:
     with pytest.raises(UserError, match=sentence):
-        evaluate.main([*words, "episodes=1"])
+        evaluate.main([*arguments, "episodes=1"])
     assert not list(Path.cwd().iterdir())
 
 
@@ -221,11 +223,11 @@ def test_loading_leaves_the_global_generator_alone() -> None:
 
 def test_nothing_is_overwritten_unasked(finished_run: RunFolder, published: PretrainedFolder) -> None:
     before = published.card.read_text()
-    words = [f"run={finished_run.path}", "name=mine", "episodes=1", "checkpoint=best"]
+    arguments = [f"run={finished_run.path}", "name=mine", "episodes=1", "checkpoint=best"]
     with pytest.raises(UserError, match="overwrite=true"):
-        publish.main(words)
+        publish.main(arguments)
     assert published.card.read_text() == before
-    publish.main([*words, "overwrite=true"])
+    publish.main([*arguments, "overwrite=true"])
     assert "`best`" in published.card.read_text()
     assert [path.name for path in published.path.parent.iterdir()] == ["mine"]
 
@@ -238,7 +240,7 @@ def test_nothing_is_left_half_written(finished_run: RunFolder, shelf: Path, monk
 
 
 @pytest.mark.parametrize(
-    ("words", "sentence"),
+    ("arguments", "sentence"),
     [
         ([], "which run under which name"),
         (["run={run}"], "which run under which name"),
@@ -253,9 +255,9 @@ def test_nothing_is_left_half_written(finished_run: RunFolder, shelf: Path, monk
         (["run=pretrained:x", "name=y"], "not the folder of a run"),
     ],
 )
-def test_wrong_words(words: list[str], sentence: str, finished_run: RunFolder, shelf: Path) -> None:
+def test_wrong_words(arguments: list[str], sentence: str, finished_run: RunFolder, shelf: Path) -> None:
     with pytest.raises(UserError, match=sentence):
-        publish.main([word.format(run=finished_run.path) for word in words])
+        publish.main([argument.format(run=finished_run.path) for argument in arguments])
     assert not shelf.exists()
 
 
@@ -291,10 +293,10 @@ def test_the_card_says_how_the_seed_was_chosen_and_the_training_is_left_as_it_wa
 
 def test_words_name_what_differs_and_no_more() -> None:
     config = train_config([*WORDS, *SHORT, "run_dir=somewhere"])
-    words = words_of(config)
-    assert dataclasses.replace(config, run_dir=None) == train_config(words)
-    assert words[:4] == ["task=nav_empty", "agent=asddpg_paper", "reward=sparse", "network=fc2x100"]
-    assert set(words[4:]) >= {"controller.gains=[2.0,1.5]", "agent.actor_learning_rate=1e-05", "seed=3"}
+    arguments = words_of(config)
+    assert dataclasses.replace(config, run_dir=None) == train_config(arguments)
+    assert arguments[:4] == ["task=nav_empty", "agent=asddpg_paper", "reward=sparse", "network=fc2x100"]
+    assert set(arguments[4:]) >= {"controller.gains=[2.0,1.5]", "agent.actor_learning_rate=1e-05", "seed=3"}
     assert words_of(train_config(["task=nav_complex"])) == ["task=nav_complex"]
     assert words_of(train_config(["task=nav_complex", "device=cuda:0"])) == ["task=nav_complex", "device=cuda:0"]
 

@@ -10,14 +10,14 @@ import pytest
 from PIL import Image
 
 import tasks
-from asddpg.build import watched
+from asddpg.build import navigation_env
 from asddpg.command_line import train_config
 from asddpg.episodes.drivers import FixedDriver
 from asddpg.episodes.loop import run_episode
 from asddpg.episodes.protocols import Decision, Driver, Observation
 from asddpg.errors import UserError
 from asddpg.recording.files.reading import open_recording
-from asddpg.recording.recorder import BATCH_STEPS, Provenance, Recorder, Selection, each
+from asddpg.recording.recorder import BATCH_STEPS, Provenance, Recorder, Selection, every_nth
 from asddpg.runs.run_folder import config_text
 from tasks.errors import TaskError
 from tasks.scene.state_digest import state_digest
@@ -25,6 +25,7 @@ from tests.asddpg.recording.test_recording import environment_of
 from tools import contact_sheet, episode_frame, episode_map, episode_plot
 from tools.drawing.map_view import MapView
 from tools.recordings.episode_paths import way_of
+from tools.recordings.episode_signals import read_signals
 from tools.recordings.episode_states import EpisodeStates
 from tools.recordings.overlay import scan_points
 
@@ -38,7 +39,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     settings = config_text(dataclasses.asdict(train_config(["task=nav_complex"])), {})
     folder = tmp_path_factory.mktemp("recorded")
     facts = {"task": "nav_complex"}
-    recorder = Recorder(folder, watched(environment), Provenance(settings, facts), Selection(each(1)), print)
+    recorder = Recorder(
+        folder, navigation_env(environment), Provenance(settings, facts), Selection(every_nth(1)), print
+    )
     for _ in range(2):
         drivers = itertools.cycle([*[Driver.POLICY] * 4, *[Driver.CONTROLLER] * 4])
         action = np.array([0.3, 0.4], dtype=np.float32)
@@ -82,8 +85,8 @@ def test_an_episode_that_goes_another_way_is_noted_once(file: str, capsys: pytes
 
 
 def test_a_frame_shows_the_moment_asked_for(file: str, tmp_path: Path) -> None:
-    def frame(*words: str) -> np.ndarray:
-        episode_frame.main([file, "size=96x64", "caption=false", f"file={tmp_path / 'frame.png'}", *words])
+    def frame(*arguments: str) -> np.ndarray:
+        episode_frame.main([file, "size=96x64", "caption=false", f"file={tmp_path / 'frame.png'}", *arguments])
         return picture(tmp_path / "frame.png")
 
     last = frame("camera=onboard")
@@ -124,7 +127,7 @@ def test_a_recording_that_was_cut_off_is_shown_as_far_as_it_goes(tmp_path: Path)
     environment = environment_of("nav_complex")
     settings = config_text(dataclasses.asdict(train_config(["task=nav_complex"])), {})
     provenance = Provenance(settings, {"task": "nav_complex"})
-    recorder = Recorder(tmp_path, watched(environment), provenance, Selection(each(1)), print)
+    recorder = Recorder(tmp_path, navigation_env(environment), provenance, Selection(every_nth(1)), print)
     parts: list[bytes] = []
 
     def decide(_: Observation) -> Decision:
@@ -193,7 +196,7 @@ def test_a_map_shows_the_ways_in_the_drivers_colours(file: str, folder: Path, tm
 
 
 def test_a_plot_s_signals_are_those_of_the_recording(file: str, tmp_path: Path) -> None:
-    signals = episode_plot.signals_of(open_recording(file))
+    signals = read_signals(open_recording(file))
     assert signals.ends[-1] == pytest.approx(STEPS * 0.2)
     assert signals.by_name["v"] == pytest.approx([0.3] * STEPS)
     assert signals.by_name["q_controller"].tolist() == [0.5] * STEPS
@@ -212,7 +215,7 @@ Main = Callable[[Sequence[str]], None]
 
 
 @pytest.mark.parametrize(
-    ("main", "words", "says"),
+    ("main", "arguments", "says"),
     [
         (episode_frame.main, ["step=99"], "has 12 steps, 2.4 s; there is no step 99"),
         (episode_frame.main, ["step=1.5"], "step must be a number of steps, as in step=12, or last, not '1.5'"),
@@ -229,9 +232,9 @@ Main = Callable[[Sequence[str]], None]
         (episode_plot.main, ["file=plot.pdf"], r"must end in \.png, not 'plot\.pdf'"),
     ],
 )
-def test_wrong_words_are_one_sentence(main: Main, words: list[str], says: str, file: str) -> None:
+def test_wrong_words_are_one_sentence(main: Main, arguments: list[str], says: str, file: str) -> None:
     with pytest.raises((UserError, TaskError), match=says):
-        main([file, *words])
+        main([file, *arguments])
 
 
 def test_recordings_that_are_not_there_are_one_sentence(folder: Path, tmp_path: Path) -> None:
@@ -257,11 +260,11 @@ def test_a_place_that_cannot_be_written_is_one_sentence(file: str, tmp_path: Pat
 def test_scan_and_path_are_drawn_where_they_are(tmp_path: Path, folder: Path) -> None:
     first, *_ = sorted(folder.iterdir())
     pictures = {}
-    for shown in ("", "scan", "path", "scan,path"):
-        file = tmp_path / f"{shown or 'nothing'}.png"
-        words = [f"file={file}", "step=10", "size=320x240", "caption=false", "camera=top"]
-        episode_frame.main([str(first), *words, *([f"show={shown}"] if shown else [])])
-        pictures[shown] = np.asarray(Image.open(file)).astype(int)
+    for overlays in ("", "scan", "path", "scan,path"):
+        file = tmp_path / f"{overlays or 'nothing'}.png"
+        arguments = [f"file={file}", "step=10", "size=320x240", "caption=false", "camera=top"]
+        episode_frame.main([str(first), *arguments, *([f"show={overlays}"] if overlays else [])])
+        pictures[overlays] = np.asarray(Image.open(file)).astype(int)
     redder = {name: float(np.mean(p[..., 0] - p[..., 2])) for name, p in pictures.items()}
     assert redder["scan"] > redder[""]
     assert redder["scan,path"] > redder["path"]

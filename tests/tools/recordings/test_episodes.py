@@ -24,9 +24,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def listed(capsys: pytest.CaptureFixture[str], *words: object) -> str:
+def listed(capsys: pytest.CaptureFixture[str], *arguments: object) -> str:
     capsys.readouterr()
-    episodes.main([str(word) for word in words])
+    episodes.main([str(argument) for argument in arguments])
     return capsys.readouterr().out
 
 
@@ -94,7 +94,7 @@ def test_a_folder_of_damaged_files_is_listed(folder: Path, tmp_path: Path, capsy
 
 
 def test_wrong_words(folder: Path, tmp_path: Path) -> None:
-    for words, sentence in (
+    for arguments, sentence in (
         ([], "list which recordings"),
         ([folder, "outcome=lost"], "there are reached, crashed, timeout, cut, running"),
         ([folder, "outcome="], "there is no outcome"),
@@ -109,4 +109,4 @@ def test_wrong_words(folder: Path, tmp_path: Path) -> None:
         ([tmp_path], "there are no recordings"),
     ):
         with pytest.raises(UserError, match=sentence):
-            episodes.main([str(word) for word in words])
+            episodes.main([str(argument) for argument in arguments])

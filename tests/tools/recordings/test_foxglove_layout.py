@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from asddpg.build import make_environment, watched
+from asddpg.build import make_environment, navigation_env
 from asddpg.command_line import train_config
 from asddpg.episodes.drivers import FixedDriver
 from asddpg.episodes.loop import run_episode
@@ -18,7 +18,7 @@ from asddpg.recording.files.reading import open_recording
 from asddpg.recording.how_to_open import LAYOUT
 from asddpg.recording.live.listener import GOAL_TOPICS
 from asddpg.recording.messages.topics import CAMERA
-from asddpg.recording.recorder import Provenance, Recorder, Selection, each
+from asddpg.recording.recorder import Provenance, Recorder, Selection, every_nth
 from tasks.scene.loading import TASK_CAMERAS
 from tests.conftest import ROOT
 
@@ -45,7 +45,7 @@ def messages(tmp_path_factory: pytest.TempPathFactory) -> Messages:
     action = np.array([0.2, 0.1], dtype=np.float32)
     decision = Decision(action, Driver.POLICY, action, action, action, q_policy=1.0, q_controller=0.5, value=0.7)
     folder = tmp_path_factory.mktemp("recorded")
-    recorder = Recorder(folder, watched(environment), Provenance(""), Selection(each(1)), print)
+    recorder = Recorder(folder, navigation_env(environment), Provenance(""), Selection(every_nth(1)), print)
     run_episode(environment, FixedDriver(lambda _: decision), (recorder,), max_steps=3)
     found: Messages = {}
     for message in open_recording(next(folder.iterdir())).messages():
@@ -124,9 +124,9 @@ def test_each_message_path_is_in_a_recording(layout: dict[str, Any], messages: M
 
 def test_each_topic_is_in_a_recording(layout: dict[str, Any], messages: Messages) -> None:
     panels = layout["configById"]
-    shown = panels["3D!robot"]["topics"]
-    assert all(settings["visible"] for settings in shown.values())
-    assert {"/scan", "/scene", "/path"} == set(shown) <= set(messages)  # the goal is in the scene
+    topics_shown = panels["3D!robot"]["topics"]
+    assert all(settings["visible"] for settings in topics_shown.values())
+    assert {"/scan", "/scene", "/path"} == set(topics_shown) <= set(messages)  # the goal is in the scene
     assert panels["RosOut!log"]["topicToRender"] in messages
     assert panels["Image!chase"]["imageMode"]["imageTopic"] in CAMERAS
     assert f"{CAMERA}chase" in CAMERAS

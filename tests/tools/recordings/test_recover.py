@@ -26,10 +26,10 @@ from tools.recordings.contents import Contents
 def killed_training(folder: Path, seconds: float) -> int:
     """Let a training be killed some time after its first episode; the steps that it had decided."""
     count = folder / "count"
-    words = ["task=nav_complex", *TINY[1:], "total_steps=100000", "record.every=1", "record.keep=100000"]
-    words += ["validation.every=0", "controller.type=tests.support.counting_controller:CountingController"]
+    arguments = ["task=nav_complex", *TINY[1:], "total_steps=100000", "record.every=1", "record.keep=100000"]
+    arguments += ["validation.every=0", "controller.type=tests.support.counting_controller:CountingController"]
     environment = {**os.environ, "PYTHONPATH": str(ROOT), COUNT: str(count)}
-    command = [sys.executable, "-m", "asddpg.train", *words, f"run_dir={folder / 'run'}"]
+    command = [sys.executable, "-m", "asddpg.train", *arguments, f"run_dir={folder / 'run'}"]
     with (folder / "log").open("wb") as log:
         training = subprocess.Popen(command, env=environment, cwd=folder, stdout=log, stderr=log)
         try:
@@ -91,8 +91,8 @@ def part(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.fixture(scope="module")
 def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A whole one, of more than two of zstd's blocks."""
-    words = ("agent=controller", "task=nav_gazebo", "episodes=4")
-    return max(evaluated(tmp_path_factory.mktemp("evaluated"), *words), key=lambda path: path.stat().st_size)
+    arguments = ("agent=controller", "task=nav_gazebo", "episodes=4")
+    return max(evaluated(tmp_path_factory.mktemp("evaluated"), *arguments), key=lambda path: path.stat().st_size)
 
 
 def test_a_part_becomes_a_complete_recording(part: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -264,7 +264,7 @@ def test_what_cannot_be_recovered_is_a_sentence(part: Path, recording: Path, tmp
     (tmp_path / "text.mcap").write_text("a text\n" * 100)
     at_goal = whole.index(b"/cmd_vel")
     (tmp_path / "stepless.mcap.part").write_bytes(whole[:at_goal])
-    for words, sentence in (
+    for arguments, sentence in (
         ([], "recover what"),
         ([tmp_path / "none.mcap.part"], "cannot be read: No such file"),
         ([tmp_path], "cannot be read: Is a directory"),
@@ -278,4 +278,4 @@ def test_what_cannot_be_recovered_is_a_sentence(part: Path, recording: Path, tmp
         ([part, tmp_path / "nowhere" / "new.mcap"], "cannot be written: No such file"),
     ):
         with pytest.raises(UserError, match=sentence):
-            recover.main([str(word) for word in words])
+            recover.main([str(argument) for argument in arguments])

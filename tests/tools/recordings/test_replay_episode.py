@@ -10,16 +10,16 @@ from typing import Any
 import pytest
 
 from asddpg import train
-from asddpg.build import controller_for, make_environment, watched
+from asddpg.build import controller_for, make_environment, navigation_env
 from asddpg.command_line import train_config
 from asddpg.episodes.drivers import FixedDriver
 from asddpg.episodes.loop import run_episode
 from asddpg.episodes.protocols import Decision, Driver, Observation
 from asddpg.errors import UserError
 from asddpg.recording.files.reading import open_recording
-from asddpg.recording.recorder import Provenance, Recorder, Selection, each
+from asddpg.recording.recorder import Provenance, Recorder, Selection, every_nth
+from asddpg.runs.provenance import environment_hash
 from asddpg.runs.run_folder import config_text
-from asddpg.train import hash_of
 from tests.conftest import TINY
 from tests.support.recordings import changed, evaluated, with_steps
 from tools import replay_episode
@@ -32,11 +32,11 @@ def recording(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return path
 
 
-@pytest.mark.parametrize("words", [("run=pretrained:nav_complex",), ("agent=controller", "task=nav_office")])
+@pytest.mark.parametrize("arguments", [("run=pretrained:nav_complex",), ("agent=controller", "task=nav_office")])
 def test_an_evaluation_happens_again(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str], words: tuple[str, ...]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: tuple[str, ...]
 ) -> None:
-    paths = evaluated(tmp_path, *words, "episodes=2")
+    paths = evaluated(tmp_path, *arguments, "episodes=2")
     capsys.readouterr()
     replay_episode.main([str(paths[0].parent)])
     lines = capsys.readouterr().out.splitlines()
@@ -47,8 +47,8 @@ def test_an_evaluation_happens_again(
 def test_a_training_with_noise_and_other_constants_happens_again(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    words = ["task=nav_gazebo", *TINY[1:], "total_steps=150", "task.laser.noise=1", "task.control_timestep=0.1"]
-    train.main([*words, "record.every=1", f"run_dir={tmp_path / 'run'}"])
+    arguments = ["task=nav_gazebo", *TINY[1:], "total_steps=150", "task.laser.noise=1", "task.control_timestep=0.1"]
+    train.main([*arguments, "record.every=1", f"run_dir={tmp_path / 'run'}"])
     paths = sorted((tmp_path / "run/episodes").iterdir())
     assert paths[-1].name.endswith("_cut.mcap")  # the steps were used up
     capsys.readouterr()
@@ -61,10 +61,10 @@ def test_a_training_with_noise_and_other_constants_happens_again(
 def test_an_episode_whose_goal_was_moved_happens_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     config = train_config(["task=nav_empty"])
     environment = make_environment(config.task, config.reward)
-    inner = watched(environment)
+    inner = navigation_env(environment)
     settings = config_text(dataclasses.asdict(config), {})
-    facts = {"task": "nav_empty", "model_hash": hash_of(environment)}
-    recorder = Recorder(tmp_path, inner, Provenance(settings, facts), Selection(each(1)), print)
+    facts = {"task": "nav_empty", "model_hash": environment_hash(environment)}
+    recorder = Recorder(tmp_path, inner, Provenance(settings, facts), Selection(every_nth(1)), print)
     controller = controller_for(environment, config.controller)
     count = itertools.count()
 
@@ -146,11 +146,11 @@ def test_wrong_words(tmp_path: Path, recording: Path) -> None:
     below = tmp_path / "some" / "where"
     below.mkdir(parents=True)
     shutil.copy(recording, below)
-    for words, sentence in (
+    for arguments, sentence in (
         ([], "run what again"),
         (["nowhere.mcap"], "there is no file or folder nowhere.mcap"),
         ([str(tmp_path)], "there are no recordings"),
         ([str(tmp_path)], f"there are some in {below}"),
     ):
         with pytest.raises(UserError, match=sentence):
-            replay_episode.main(words)
+            replay_episode.main(arguments)

@@ -22,7 +22,7 @@ def test_words_and_their_defaults() -> None:
 
 
 @pytest.mark.parametrize(
-    ("words", "expected"),
+    ("arguments", "expected"),
     [
         ([], "name a scene .*nav_empty, .*pioneer"),
         (["nav_empty", "colour=red"], "no option 'colour'; there are camera, file, size, shadows"),
@@ -33,9 +33,9 @@ def test_words_and_their_defaults() -> None:
         (["nav_empty", "top", "here.txt"], r"must end in \.png or \.jpg, not 'here\.txt'"),
     ],
 )
-def test_wrong_words_are_one_sentence(words: list[str], expected: str) -> None:
+def test_wrong_words_are_one_sentence(arguments: list[str], expected: str) -> None:
     with pytest.raises(UserError, match=expected):
-        wish(words)
+        wish(arguments)
 
 
 def test_scenes_and_cameras_that_do_not_exist_list_those_that_do() -> None:

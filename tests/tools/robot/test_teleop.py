@@ -14,12 +14,12 @@ from tools.robot import viewer
 from tools.robot.pacing import LATE, Pace
 from tools.robot.scene_argument import ROBOT_SCENE, scene_file
 from tools.robot.teleop_keys import ANGULAR_STEP, BACKSPACE, DOWN, LEFT, LINEAR_STEP, RIGHT, SPACE, UP, Teleop
-from tools.teleop import Drive
+from tools.teleop import TeleopSession
 
 
-def drive_of(task: str) -> Drive:
+def drive_of(task: str) -> TeleopSession:
     physics = open_scene(scene_file(task))
-    return Drive(physics, definition_of(task).rule(physics.model.ptr))
+    return TeleopSession(physics, definition_of(task).rule(physics.model.ptr))
 
 
 def test_each_arrow_adds_its_step_and_space_stops() -> None:
@@ -88,7 +88,7 @@ def test_a_crash_is_shown() -> None:
 
 
 def test_the_robots_own_scene_begins_in_its_keyframe() -> None:
-    driven = Drive(open_scene(ROBOT_SCENE))
+    driven = TeleopSession(open_scene(ROBOT_SCENE))
     assert driven.readings()["to the goal"] == "2.00 m"
 
 
@@ -102,20 +102,20 @@ def test_no_screen_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_a_scene_without_the_robot_is_shown_only(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    shown: list[Any] = []
+    looked: list[Any] = []
     monkeypatch.setattr(teleop, "check_screen", lambda: None)
-    monkeypatch.setattr(teleop, "look", shown.append)
+    monkeypatch.setattr(teleop, "look", looked.append)
     path = tmp_path / "ball.xml"
     path.write_text("<mujoco><worldbody><geom size='1'/></worldbody></mujoco>")
     teleop.main([str(path)])
-    assert len(shown) == 1
+    assert len(looked) == 1
     assert "lacks the body 'base': it has no Pioneer to drive" in capsys.readouterr().out
 
 
 def test_wrong_words() -> None:
-    for words in ([], ["nav_empty", "nav_simple"]):
+    for arguments in ([], ["nav_empty", "nav_simple"]):
         with pytest.raises(UserError, match="name one scene: nav_empty"):
-            teleop.main(words)
+            teleop.main(arguments)
 
 
 def test_the_pace_catches_up_and_lets_long_delays_go(monkeypatch: pytest.MonkeyPatch) -> None:

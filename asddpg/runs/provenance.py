@@ -1,0 +1,67 @@
+"""Provenance: the versions and the scene that a run, a result or a recording was made with."""
+
+import platform
+from importlib import metadata
+
+import gymnasium
+
+from asddpg.config import TrainConfig
+from asddpg.recording.recorder import Provenance
+from tasks.scene.loading import model_hash
+
+_PACKAGES = ("asddpg", "mujoco", "dm-control", "torch", "numpy", "gymnasium")
+# Keys of notes in a run's provenance: from how many steps to how many it was prolonged, and what changed at a resume.
+PROLONGED, RESUMED = "prolonged", "resumed"
+
+
+def versions() -> dict[str, str]:
+    """Versions of what makes a result."""
+    return {"python": platform.python_version(), **{name: metadata.version(name) for name in _PACKAGES}}
+
+
+def current_versions(environment: gymnasium.Env) -> dict[str, str]:
+    """What a run is made with that begins, or goes on, now: versions, and the hash of its scene."""
+    return versions() | {"model_hash": environment_hash(environment)}
+
+
+def recording_provenance(config: TrainConfig, settings: str, provenance: dict[str, str], **more: str) -> Provenance:
+    """What a recording made with a configuration, as YAML, is of."""
+    facts = {"task": config.task.name, "agent": config.agent.name, "seed": str(config.seed)}
+    return Provenance(settings, {**facts, **more, **provenance})
+
+
+def environment_hash(environment: gymnasium.Env) -> str:
+    """Hash of an environment's compiled scene."""
+    return model_hash(environment.get_wrapper_attr("physics").model.ptr)
+
+
+def update_provenance(
+    stored: TrainConfig, provenance: dict[str, str], config: TrainConfig, now: dict[str, str], step: int
+) -> tuple[dict[str, str], list[str]]:
+    """Provenance of a resumed run: what it began with, and what has changed since.
+
+    Args:
+        stored: configuration before the resume.
+        provenance: of the run so far.
+        config: configuration from here on.
+        now: current versions and scene hash.
+        step: training step of the resume.
+
+    Returns:
+        The provenance from here on, and a sentence for the user about each change.
+    """
+    notes = []
+    changes = [f"{name} {value}" for name, value in now.items() if provenance.get(name) != value]
+    if changes:
+        provenance = _append_note(provenance, RESUMED, f"at step {step} with {', '.join(changes)}")
+        notes.append(f"it resumes with {', '.join(changes)}, so it will differ from an uninterrupted run")
+    if config.total_steps != stored.total_steps:
+        change = f"from {stored.total_steps} to {config.total_steps} at step {step}"
+        provenance = _append_note(provenance, PROLONGED, change)
+        notes.append("schedules (noise, withdrawal, learning rates) span the new length from here on")
+    return provenance, notes
+
+
+def _append_note(provenance: dict[str, str], name: str, note: str) -> dict[str, str]:
+    before = provenance.get(name, "")
+    return provenance | {name: before if note in before else f"{before}; {note}".removeprefix("; ")}
