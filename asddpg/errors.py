@@ -1,10 +1,10 @@
-"""What ends a program in one sentence."""
+"""Exceptions that end a program in one sentence."""
 
-_LONGEST = 60  # characters of a value in a sentence
+_MAX_LENGTH = 60  # characters of a value in a sentence
 
 
-class Breakdown(Exception):  # noqa: N818  # the field's word
-    """A training met numbers that are none; the message says where, and how to see it again."""
+class NumericalFailure(Exception):  # noqa: N818  # the field's word
+    """A training met NaN or an infinite number; the message says where, and how to repeat it."""
 
 
 class UserError(Exception):
@@ -12,6 +12,6 @@ class UserError(Exception):
 
 
 def truncated_repr(value: object) -> str:
-    """A value as a sentence shows it: text in quotes, cut where it is long."""
+    """A value for a sentence: text in quotes, cut where it is long."""
     text = repr(value) if isinstance(value, str) else str(value)
-    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 2]}…{text[-1]}"
+    return text if len(text) <= _MAX_LENGTH else f"{text[: _MAX_LENGTH - 2]}…{text[-1]}"

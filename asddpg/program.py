@@ -8,7 +8,7 @@ from pathlib import Path
 
 from dm_control.rl.control import PhysicsError
 
-from asddpg.errors import Breakdown, UserError
+from asddpg.errors import NumericalFailure, UserError
 from tasks.errors import TaskError
 
 
@@ -33,7 +33,7 @@ def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
     except (UserError, TaskError) as error:
         _say(str(error))
         sys.exit(2)
-    except Breakdown as error:
+    except NumericalFailure as error:
         _say(str(error))
         sys.exit(1)
     except PhysicsError as error:

@@ -1,100 +1,96 @@
-"""See again what broke a training: `python -m asddpg.reproduce runs/<run>/breakdown_<step>`.
+"""Repeat the step at which a training failed: `python -m asddpg.reproduce runs/<run>/failure_<step>`.
 
-From the checkpoint in the folder the same steps are made again, to the one that broke. Nothing is written. A run whose
-controller is code of its own wants it named: controller.type=package.module:Factory.
+From the training state in the folder the same steps are made again, up to the one that failed. Nothing is written. A
+run whose controller is code of its own needs controller.type=package.module:Factory.
 """
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import SupportsFloat
 
-from asddpg.build import check_device, make_agent, make_environment, prepare_torch
+from asddpg.algorithm.agent import AsDDPG
+from asddpg.build import check_device, make_agent, make_environment, navigation_env, prepare_torch
+from asddpg.config import TrainConfig
+from asddpg.episodes.finite_check import check_weights
 from asddpg.episodes.protocols import Callback, Step
-from asddpg.errors import Breakdown, UserError
-from asddpg.observers.finite_check import FiniteCheck
+from asddpg.episodes.training_episodes import TrainingEpisodes
+from asddpg.errors import NumericalFailure, UserError
 from asddpg.program import run
 from asddpg.runs import failure_dump
-from asddpg.runs.checkpoints import TrainingStates
-from asddpg.runs.resumable import ResumableEpisodes
+from asddpg.runs.failure_dump import Failure, first_line
 from asddpg.runs.run_folder import RunFolder, read_training
 from asddpg.runs.safe_loading import CONTROLLER, check_links, controller_named_in
-from asddpg.training import validate
+from asddpg.runs.training_states import TrainingStates
+from asddpg.training import load_episodes, validate
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Drive to the step that broke, and tell of it."""
+    """Drive to the step that failed, and print it."""
     folders = [argument for argument in arguments if not argument.startswith(CONTROLLER)]
     if len(folders) != 1:
-        raise UserError("one folder is wanted, that of a breakdown: runs/<run>/breakdown_<step>")
-    dump = Path(folders[0])
-    check_links(dump)
-    trouble = _read(dump)
-    config, _ = read_training(RunFolder(dump).config, controller_named_in(arguments))
+        raise UserError("reproduce takes one folder, that of a failure: runs/<run>/failure_<step>")
+    path = Path(folders[0])
+    check_links(path)
+    failure = _read(path)
+    config, _ = read_training(RunFolder(path).config, controller_named_in(arguments))
     check_device(config.device)
     prepare_torch()
     environment = make_environment(config.task, config.reward)
     agent = make_agent(config, environment)
-    episodes = ResumableEpisodes(environment, agent, config.seed, print)
-    state, _ = TrainingStates(RunFolder(dump).training_states).newest(lambda _: None)
+    episodes = TrainingEpisodes(environment, navigation_env(environment), agent, config.seed)
+    state, _ = TrainingStates(RunFolder(path).training_states).newest(lambda _: None)
     if state is not None:
-        episodes.load_state(state["episodes"])
+        load_episodes(episodes, state)
     last = LastStep()
-    print(f"it was: after step {trouble.step} {trouble.what}\ndriving from step {episodes.step}", flush=True)
-    end = trouble.step if trouble.in_validation else trouble.step + 1
+    episodes.observers = [last]
+    print(f"it was: after step {failure.step} {failure.message}\ndriving from step {episodes.step}", flush=True)
     try:
-        while episodes.step < min(end, config.total_steps):
-            most = config.total_steps - episodes.steps  # as in the training: its last episode is cut there
-            episodes.drive_episode([last, FiniteCheck(), _WeightsCheck(episodes, trouble.step)], max_steps=most)
-        if trouble.in_validation:
-            validate(make_environment(config.task, config.reward), agent, config)
+        _repeat(episodes, agent, config, failure)
     except failure_dump.CAUSES as error:
-        print(f"again: after step {episodes.step} {failure_dump.first_line(error)}\n{last.as_text()}")
+        print(f"again: after step {episodes.step} {first_line(error)}\n{last.as_text()}")
         return
-    raise Breakdown(f"step {trouble.step} has passed, and nothing broke: another machine, or other versions")
+    raise NumericalFailure(f"step {failure.step} has passed without a failure: another machine, or other versions")
 
 
-def _read(dump: Path) -> failure_dump.Trouble:
+def _read(path: Path) -> Failure:
     try:
-        return failure_dump.read(dump)
+        return failure_dump.read(path)
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise UserError(f"{dump} is not the folder of a breakdown: no {failure_dump.WHAT} can be read there") from error
+        raise UserError(f"{path} is not the folder of a failure: no {failure_dump.FILE} can be read there") from error
 
 
-class _WeightsCheck(Callback):
-    """Watches, and looks at the weights after the step that broke, as the training did when it wrote a checkpoint."""
-
-    def __init__(self, episodes: ResumableEpisodes, step: int) -> None:
-        self._episodes, self._step = episodes, step
-
-    def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
-        """Look at them, if it is the step."""
-        if self._episodes.step == self._step:
-            self._episodes.check_weights()
+def _repeat(episodes: TrainingEpisodes, agent: AsDDPG, config: TrainConfig, failure: Failure) -> None:
+    while episodes.step < failure.step:
+        episodes.drive_step(config.total_steps)
+    check_weights(agent.finite_weights())  # as before each training state
+    if failure.in_validation:
+        validate(make_environment(config.task, config.reward), agent, config)
+    elif episodes.step < config.total_steps:
+        episodes.drive_step(config.total_steps)  # a step that the simulator did not finish is not counted
 
 
 class LastStep(Callback):
-    """Watches, and keeps the last step that was finished."""
+    """Keeps the last step that was finished."""
 
     def __init__(self) -> None:
-        self._seen: tuple[Step, Mapping[str, SupportsFloat]] | None = None
+        self._last: tuple[Step, Mapping[str, SupportsFloat]] | None = None
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
-        """Keep it."""
-        self._seen = (step, learned)
+        """Keep the step."""
+        self._last = (step, learned)
 
     def as_text(self) -> str:
-        """What it was."""
-        if self._seen is None:
+        """The step, a line a quantity."""
+        if self._last is None:
             return "no step was finished before"
-        step, learned = self._seen
-        metrics = {name: f"{float(value):.6g}" for name, value in learned.items()}
+        step, learned = self._last
         lines = {
             "driver": step.decision.driver,
             "action": step.decision.action.tolist(),
             "pose": step.info.get("pose"),
             "reward terms": step.info.get("reward_terms"),
             "observation": step.next_observation.tolist(),
-            "learned": metrics,
+            "learned": {name: f"{float(value):.6g}" for name, value in learned.items()},
         }
         return "\n".join(f"  {name}: {value}" for name, value in lines.items())
 

@@ -1,6 +1,6 @@
 """Train: `python -m asddpg.train task=nav_complex agent=asddpg reward=sparse network=fc3x256 seed=0`.
 
-A training that was stopped goes on with `python -m asddpg.train resume=<run_dir>`; total_steps= may be raised with it.
+A training that was stopped resumes with `python -m asddpg.train resume=<run_dir>`; total_steps= may be raised with it.
 """
 
 import csv
@@ -33,10 +33,9 @@ from asddpg.program import python, run
 from asddpg.recording.how_to_open import how_to_watch
 from asddpg.runs import weights_file
 from asddpg.runs.append_only_logs import check as check_files
-from asddpg.runs.checkpoints import TrainingStates
 from asddpg.runs.lock import RunLock
 from asddpg.runs.provenance import current_versions, recording_provenance, update_provenance
-from asddpg.runs.rewind import set_end_aside, take_back
+from asddpg.runs.rewind import keep_test, rewind
 from asddpg.runs.run_folder import (
     RunFolder,
     config_text,
@@ -48,6 +47,7 @@ from asddpg.runs.run_folder import (
 )
 from asddpg.runs.safe_loading import controller_argument, controller_named_in
 from asddpg.runs.signals import Stopped
+from asddpg.runs.training_states import TrainingStates
 from asddpg.training import Parts, Training
 from tasks.evaluation_pairs import stored_pairs
 
@@ -82,7 +82,7 @@ def begin(arguments: Sequence[str]) -> None:
 
 
 def resume(path: str, arguments: Sequence[str]) -> None:
-    """A training from its last checkpoint; from its beginning, if it was stopped before the first."""
+    """Resume a training from its last training state; from its beginning, if it was stopped before the first."""
     folder = open_run_folder(path)
     stored, provenance = read_training(folder.config, controller_named_in(arguments))
     config = resumed_config(arguments, stored)
@@ -97,20 +97,20 @@ def resume(path: str, arguments: Sequence[str]) -> None:
         if state is None:
             _check_not_begun(folder, stored)
         for sentence in damaged:
-            print(f"note: {sentence}; the one before it is taken")
+            print(f"note: {sentence}; the one before it is used")
         parts = _make(config)
         step = state["step"] if state else 0
         provenance, notes = update_provenance(stored, provenance, config, current_versions(parts.environment), step)
         for note in notes:
             print(f"note: {note}")
         settings = config_text(dataclasses.asdict(config), provenance)
-        # First of all, and before anything is changed: it sees whether the checkpoint fits.
+        # Before anything is changed: this checks that the state fits.
         training = Training(parts, folder, lock, recording_provenance(config, settings, provenance), state)
         if config.total_steps != stored.total_steps:
-            set_end_aside(folder, stored.total_steps)
-        take_back(folder, state)
+            keep_test(folder, stored.total_steps)
+        rewind(folder, state)
         write_text(folder.config, settings)
-        print(f"going on with {path} at step {step} of {config.total_steps}")
+        print(f"resuming {path} at step {step} of {config.total_steps}")
         if state is not None:
             state.clear()  # the replay buffer would be held twice to the end
         _run(training, parts, folder, provenance)
@@ -136,22 +136,22 @@ def _run(training: Training, parts: Parts, folder: RunFolder, provenance: dict[s
             training.run()
         _finish(parts, folder, provenance, training.seconds)
     except Stopped as stopped:
-        print(f"stopped after step {training.step}; to go on: {again}", file=sys.stderr)
+        print(f"stopped after step {training.step}; to resume: {again}", file=sys.stderr)
         sys.exit(stopped.status)
     except (KeyboardInterrupt, OSError, SystemExit) as error:
-        print(f"the training can go on from its last checkpoint: {again}", file=sys.stderr)
+        print(f"the training can resume from its last training state: {again}", file=sys.stderr)
         if isinstance(error, OSError):
             error.filename = error.filename or str(folder.path)  # writing to an open file names none
         raise
 
 
 def _check_not_begun(folder: RunFolder, config: TrainConfig) -> None:
-    """Without a checkpoint a run begins anew, but only where there never was one: what it holds would be lost."""
+    """Without a training state a run begins anew, but only where there never was one: what it holds would be lost."""
     step = _last_step(folder)
     if folder.resources.exists() or 0 < config.checkpoint_every <= step:
         raise UserError(
-            f"the run {folder.path} has come to step {step}, and there is no checkpoint in {folder.training_states} "
-            "to go on from; nothing has been changed"
+            f"the run {folder.path} has come to step {step}, and there is no training state in {folder.training_states} "
+            "to resume from; nothing has been changed"
         )
 
 
@@ -185,7 +185,7 @@ def test(
     pairs = stored_pairs(config.task.name, "test", config.task.goal_radius)[: config.test_episodes]
     result = {}
     for name in ("last", "best"):
-        weights_file.load(folder.checkpoint(name), agent)
+        weights_file.load_into(folder.checkpoint(name), agent.networks)
         result[name] = evaluate(environment, actor_alone(agent), pairs, config.task.control_timestep)
     return result
 

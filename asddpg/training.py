@@ -1,9 +1,9 @@
-"""A training: episodes until the steps are used up, validations and checkpoints between them."""
+"""A training: steps until they are used up, validations between episodes, training states after any step."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import Any, SupportsFloat
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -13,8 +13,10 @@ from asddpg.build import make_environment, navigation_env
 from asddpg.config import TrainConfig
 from asddpg.episodes.drivers import actor_alone
 from asddpg.episodes.evaluation import EvaluationResult, evaluate
-from asddpg.episodes.protocols import Callback, Observer, Step
-from asddpg.observers.finite_check import FiniteCheck
+from asddpg.episodes.finite_check import check_weights
+from asddpg.episodes.protocols import Observer
+from asddpg.episodes.training_episodes import TrainingEpisodes
+from asddpg.errors import UserError
 from asddpg.observers.metrics_log import MetricsLog, read_rows
 from asddpg.observers.progress import ProgressBar
 from asddpg.observers.step_log import StepLog
@@ -23,12 +25,12 @@ from asddpg.recording.live.live_view import LiveView
 from asddpg.recording.pictures.cameras import Cameras
 from asddpg.recording.recorder import Provenance, Recorder, Selection, every_nth
 from asddpg.runs import append_only_logs, failure_dump, weights_file
-from asddpg.runs.checkpoints import TrainingStates
+from asddpg.runs.failure_dump import Failure, first_line
 from asddpg.runs.lock import RunLock
-from asddpg.runs.resumable import ResumableEpisodes
 from asddpg.runs.run_folder import RunFolder
 from asddpg.runs.safe_loading import controller_argument
-from asddpg.runs.signals import StopBetweenSteps, Stopped, StopSignals
+from asddpg.runs.signals import Stopped, StopSignals
+from asddpg.runs.training_states import TrainingStates
 from tasks.evaluation_pairs import stored_pairs
 
 
@@ -44,7 +46,7 @@ class Parts:
 
 
 class Training:
-    """From its beginning, or from where a checkpoint has it, to its end."""
+    """A training from its beginning, or from a training state, to its end."""
 
     def __init__(
         self,
@@ -54,33 +56,39 @@ class Training:
         provenance: Provenance,
         state: Mapping[str, Any] | None = None,
     ) -> None:
-        """Begin a training, or go on from a checkpoint; nothing is written yet.
+        """Begin a training, or resume one; nothing is written yet.
 
         Args:
             parts: what it is put together from.
             folder: the run's.
             lock: of the folder.
             provenance: for recordings.
-            state: of the checkpoint, as TrainingStates gave it.
+            state: from which to resume, as TrainingStates returned it.
 
         Raises:
-            UserError: the checkpoint is of another agent.
+            UserError: the state is of another agent.
         """
         self._parts, self._config, self._folder = parts, parts.config, folder
         self._lock, self._provenance = lock, provenance
         # A second one: validating must not disturb the episode in progress or the stream of its goals.
         self._validation_environment = make_environment(self._config.task, self._config.reward)
-        self._states = TrainingStates(self._folder.training_states)
-        self._episodes = ResumableEpisodes(parts.environment, parts.agent, self._config.seed, self._say)
+        self._states = TrainingStates(folder.training_states)
+        core = navigation_env(parts.environment)
+        self._episodes = TrainingEpisodes(parts.environment, core, parts.agent, self._config.seed)
+        self._signals = StopSignals()
         self._validations, self._seconds = 0, 0.0
         self._best: list[float] = []  # success rate and metric, compared in this order
-        self._kept = 0  # training step of the newest checkpoint
+        self._saved_step = 0  # of the newest training state
         self._bar: ProgressBar | None = None
         self._is_validating = False
+        self._log_states: Mapping[str, Any] = {}
         if state is not None:
-            self._episodes.load_state(state["episodes"])
-            self._validations, self._seconds = state["validations"], state["seconds"]
-            self._best, self._kept = state["best"], state["step"]
+            self._load_state(state)
+
+    def _load_state(self, state: Mapping[str, Any]) -> None:
+        load_episodes(self._episodes, state)
+        self._validations, self._seconds = state["validations"], state["seconds"]
+        self._best, self._saved_step, self._log_states = state["best"], state["step"], state["logs"]
 
     @property
     def step(self) -> int:
@@ -89,142 +97,151 @@ class Training:
 
     @property
     def seconds(self) -> float:
-        """What it has taken, in all processes together."""
+        """Wall-clock time of the training, in all its processes together."""
         return self._log.seconds
 
     def run(self) -> None:
         """Train.
 
         Raises:
-            Stopped: a signal came; everything is kept.
-            Breakdown: a number is none; a dump is kept.
+            Stopped: a signal came; everything is saved.
+            NumericalFailure: a number is NaN or infinite; a dump is written.
             UserError: another process may write the run.
         """
-        with StopSignals() as signals, ExitStack() as closing:
-            observers = self._observers(closing, signals)
+        with self._signals, ExitStack() as closing:
+            self._open_observers(closing)
             try:
-                self._train_and_keep(observers, signals)
+                self._train()
             except failure_dump.CAUSES as error:
-                trouble = failure_dump.Trouble(self.step, failure_dump.first_line(error), self._is_validating)
-                raise failure_dump.stopped(
-                    self._folder, self._states, trouble, controller_argument(self._config)
-                ) from error
-            if signals.number:
-                raise Stopped(signals.number)
-        # Again: the process that wrote the last checkpoint may have been killed before it came to the weights.
+                failure = Failure(self.step, first_line(error), self._is_validating)
+                argument = controller_argument(self._config)
+                raise failure_dump.dump(self._folder, self._states, failure, argument) from error
+            self._signals.raise_if_received()
+        # Again: the process that wrote the last training state may have been killed before it came to the weights.
         for name in ("last",) if self._best else ("last", "best"):
-            weights_file.save(self._folder.checkpoint(name), self._parts.agent, self._episodes.step)
+            self._save_weights(name)
 
-    def _train_and_keep(self, observers: Sequence[Observer], signals: StopSignals) -> None:
-        try:
-            self._train(observers, signals)
-        except Stopped:
-            self._keep()
-            raise
-        self._keep(is_end=True)
-
-    def _train(self, observers: Sequence[Observer], signals: StopSignals) -> None:
+    def _train(self) -> None:
         total = self._config.total_steps
-        while True:
-            self._validate_if_due(signals)
-            if self._episodes.steps >= total:
-                return
-            self._lock.check()
-            self._episodes.drive_episode(observers, max_steps=total - self._episodes.steps)
+        try:
+            while True:
+                if not self._episodes.is_in_episode:
+                    self._validate_if_due()
+                    if self.step >= total:
+                        break
+                    self._lock.check()
+                self._episodes.drive_step(total)
+                self._save_state_if_due()
+                self._signals.raise_if_received()
+        except Stopped:
+            self._save_state()
+            raise
+        self._save_state(is_end=True)
 
-    # Who watches --------------------------------------------------------------------------------------------------
+    # Observers ----------------------------------------------------------------------------------------------------
 
-    def _observers(self, closing: ExitStack, signals: StopSignals) -> list[Observer]:
+    def _open_observers(self, closing: ExitStack) -> None:
         """Open the logs, where they end; what is opened is closed by `closing`, the last first."""
-        from asddpg.observers.scalar_events import ScalarEvents  # slow to import: not for those who ask for help
+        from asddpg.observers.scalar_events import ScalarEvents  # slow to import: --help does without
 
-        folder, parts, done = self._folder, self._parts, self._episodes
-        self._tensorboard = ScalarEvents(folder.tensorboard, self._kept)
-        _close(self._tensorboard.close, closing)
+        folder, episodes = self._folder, self._episodes
+        self._tensorboard = ScalarEvents(folder.tensorboard, self._saved_step)
+        _close_at_end(self._tensorboard.close, closing)
         outcomes = [row["outcome"] for row in read_rows(folder.metrics)]
         self._log = MetricsLog(folder.metrics, folder.timing, self._tensorboard, self._seconds)
-        _close(self._log.close, closing)
-        steps = StepLog(folder.step_rows, folder.steps, done.episodes)
-        _close(steps.close, closing)
-        self._bar = ProgressBar(self._config.total_steps, done.steps, outcomes)
-        _close(self._bar.close, closing)
-        recorder = self._recorder()
-        _close(recorder.close, closing)
-        observers: list[Observer] = [FiniteCheck(), self._log, steps, self._bar, recorder]
-        if parts.live is not None:
-            parts.live.stops = lambda: signals.number != 0
-            observers.append(parts.live)
-        return [*observers, _Checkpoints(self), StopBetweenSteps(signals)]
+        _close_at_end(self._log.close, closing)
+        self._steps = StepLog(folder.step_rows, folder.steps, episodes.num_finished)
+        _close_at_end(self._steps.close, closing)
+        self._bar = ProgressBar(self._config.total_steps, self.step, outcomes)
+        _close_at_end(self._bar.close, closing)
+        recorder = self._make_recorder()
+        _close_at_end(recorder.close, closing)
+        observers: list[Observer] = [self._log, self._steps, self._bar, recorder]
+        if (live := self._parts.live) is not None:
+            live.stops = lambda: self._signals.number != 0
+            observers.append(live)
+        if episodes.is_in_episode:
+            self._log.load_state(self._log_states["metrics"])
+            self._steps.load_state(self._log_states["steps"])
+            if live is not None:
+                live.begin_episode(*episodes.restored)
+        episodes.observers = observers
 
-    def _recorder(self) -> Recorder:
-        wanted, parts = self._config.record, self._parts
+    def _make_recorder(self) -> Recorder:
+        """A recorder; of an episode that is resumed it records nothing."""
+        record, parts = self._config.record, self._parts
         return Recorder(
             self._folder.episodes,
             navigation_env(parts.environment),
             self._provenance,
-            Selection(every_nth(wanted.every), keep=wanted.keep),
-            self._say,
-            first_step=self._episodes.steps,
-            first_episode=self._episodes.episodes,
+            Selection(every_nth(record.every), keep=record.keep),
+            self._print,
+            first_step=self.step,
+            first_episode=self._episodes.num_finished + self._episodes.is_in_episode,
             cameras=parts.cameras,
         )
 
-    def _say(self, text: str) -> None:
-        (self._bar.say if self._bar else print)(text)
+    def _print(self, text: str) -> None:
+        (self._bar.print_line if self._bar else print)(text)
 
-    # Validating ---------------------------------------------------------------------------------------------------
+    # Validation ---------------------------------------------------------------------------------------------------
 
-    def _validate_if_due(self, signals: StopSignals) -> None:
+    def _validate_if_due(self) -> None:
         every = self._config.validation.every
-        due = self._episodes.steps // every if every else 0
+        due = self.step // every if every else 0
         if due > self._validations:
             self._lock.check()
             self._is_validating = True
-            self._validate(StopBetweenSteps(signals))
+            self._validate()
             self._is_validating, self._validations = False, due
 
-    def _validate(self, stopping: Observer) -> None:
-        config, agent, step = self._config, self._parts.agent, self._episodes.steps
-        result = validate(self._validation_environment, agent, config, [stopping])
-        reach, crash, metric = (result.success_rate.value, result.collision_rate.value, result.metric.value)
-        assert reach is not None
-        assert crash is not None
-        assert metric is not None
-        row = {"step": step, "success_rate": reach, "collision_rate": crash, "metric": metric}
-        write_validation(self._folder.validation, self._tensorboard, row)
-        self._say(
-            f"step {step}: actor alone reaches {reach:.2f}, crashes {crash:.2f} ({result.episodes} validation pairs)"
+    def _validate(self) -> None:
+        result = validate(
+            self._validation_environment, self._parts.agent, self._config, self._signals.raise_if_received
         )
-        weights_file.save(self._folder.checkpoint("last"), agent, step)
-        if config.validation.snapshots:
-            weights_file.save(self._folder.snapshot(step), agent, step)
-        if [reach, metric] > self._best:
-            self._best = [reach, metric]
-            weights_file.save(self._folder.checkpoint("best"), agent, step)
+        success, collision, metric = (
+            estimate.value for estimate in (result.success_rate, result.collision_rate, result.metric)
+        )
+        assert success is not None
+        assert collision is not None
+        assert metric is not None
+        row = {"step": self.step, "success_rate": success, "collision_rate": collision, "metric": metric}
+        write_validation(self._folder.validation, self._tensorboard, row)
+        rates = f"success {success:.2f}, collision {collision:.2f}"
+        self._print(f"step {self.step}: actor alone: {rates} ({result.episodes} validation pairs)")
+        self._save_weights("last")
+        if self._config.validation.snapshots:
+            weights_file.save(self._folder.snapshot(self.step), self._parts.agent.networks, self.step)
+        if [success, metric] > self._best:
+            self._best = [success, metric]
+            self._save_weights("best")
 
-    # Keeping ------------------------------------------------------------------------------------------------------
+    # Saving -------------------------------------------------------------------------------------------------------
 
-    def keep_if_due(self) -> None:
-        """Write a checkpoint, if it is time for one."""
+    def _save_weights(self, name: str) -> None:
+        weights_file.save(self._folder.checkpoint(name), self._parts.agent.networks, self.step)
+
+    def _save_state_if_due(self) -> None:
         every = self._config.checkpoint_every
-        if every and self._episodes.step >= (self._kept // every + 1) * every:
-            self._keep()
+        if every and self.step >= (self._saved_step // every + 1) * every:
+            self._save_state()
 
-    def _keep(self, is_end: bool = False) -> None:
-        """Write a checkpoint, unless there is one of this step, or of a later one to which is being driven again.
+    def _save_state(self, is_end: bool = False) -> None:
+        """Write a training state, unless there is one of this step.
 
         At the end it is written in any case: that of the last step does not have the validation after it.
         """
-        step, agent, best = self._episodes.step, self._parts.agent, self._folder.checkpoint("best")
+        best = self._folder.checkpoint("best")
         self._lock.check()
-        if step <= self._kept and not is_end:
+        if self.step == self._saved_step and not is_end:
             return
         self._tensorboard.flush()
-        self._episodes.check_weights()
+        check_weights(self._parts.agent.finite_weights())
         self._states.write(
-            step,
+            self.step,
             {
                 "episodes": self._episodes.state(),
+                "logs": {"metrics": self._log.state(), "steps": self._steps.state()},
                 "best_weights": np.frombuffer(best.read_bytes(), np.uint8) if self._best else None,
                 "validations": self._validations,
                 "best": self._best,
@@ -232,37 +249,42 @@ class Training:
                 "files": append_only_logs.lengths(self._folder.path),
             },
         )
-        self._kept = step
-        weights_file.save(self._folder.checkpoint("last"), agent, step)
+        self._saved_step = self.step
+        self._save_weights("last")
 
 
-def _close(close: Callable[[], None], closing: ExitStack) -> None:
-    """Have something closed at the end; where it cannot be, that must not hide why the end has come."""
+def load_episodes(episodes: TrainingEpisodes, state: Mapping[str, Any]) -> None:
+    """Restore the episodes of a training state.
 
-    def leave(kind: type[BaseException] | None, *_: object) -> None:
+    Raises:
+        UserError: it is of another agent or environment.
+    """
+    try:
+        episodes.load_state(state["episodes"])
+    except (LookupError, RuntimeError, TypeError, ValueError, AttributeError) as error:
+        raise UserError(f"the training state of the run does not fit its config.yaml: {error}") from error
+
+
+def validate(
+    environment: gymnasium.Env,
+    agent: AsDDPG,
+    config: TrainConfig,
+    before_episode: Callable[[], None] = lambda: None,
+) -> EvaluationResult:
+    """Evaluate the actor alone on the stored validation pairs."""
+    pairs = stored_pairs(config.task.name, "validation", config.task.goal_radius)[: config.validation.episodes]
+    timestep = config.task.control_timestep
+    return evaluate(environment, actor_alone(agent), pairs, timestep, before_episode=before_episode)
+
+
+def _close_at_end(close: Callable[[], None], closing: ExitStack) -> None:
+    """Close something at the end; an OSError of it must not hide an exception that ended the training."""
+
+    def on_exit(kind: type[BaseException] | None, *_: object) -> None:
         try:
             close()
         except OSError:
             if kind is None:
                 raise
 
-    closing.push(leave)
-
-
-def validate(
-    environment: gymnasium.Env, agent: AsDDPG, config: TrainConfig, observers: Sequence[Observer] = ()
-) -> EvaluationResult:
-    """Figures of the actor alone on the stored validation pairs."""
-    pairs = stored_pairs(config.task.name, "validation", config.task.goal_radius)[: config.validation.episodes]
-    return evaluate(environment, actor_alone(agent), pairs, config.task.control_timestep, observers)
-
-
-class _Checkpoints(Callback):
-    """Watches, and has a checkpoint written after the step at which it is due."""
-
-    def __init__(self, training: Training) -> None:
-        self._training = training
-
-    def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
-        """Write it, if it is due."""
-        self._training.keep_if_due()
+    closing.push(on_exit)

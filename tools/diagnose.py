@@ -107,17 +107,21 @@ def weights_of(folder: RunFolder, agent: AsDDPG, every: int) -> list[Path]:
     if not snapshots:
         print("note: the run kept no snapshots (validation.snapshots, validation.every); only its end is driven")
         return [last]
-    if last.is_file() and weights_file.load(last, agent) > weights_file.load(snapshots[-1], agent):
+    if last.is_file() and _load(last, agent) > _load(snapshots[-1], agent):
         snapshots.append(last)
     return snapshots[::-1][::every][::-1]
 
 
 def _examined(examination: Examination, agent: AsDDPG, path: Path) -> Snapshot:
-    snapshot = examination.of_snapshot(weights_file.load(path, agent))
+    snapshot = examination.of_snapshot(_load(path, agent))
     reached = {"actor alone": snapshot.actor, "pair": snapshot.pair}
     shares = [f"{name} reaches {metrics.success_rate.value:.2f}" for name, metrics in reached.items() if metrics]
     print(f"step {snapshot.step}: {', '.join(shares)}", flush=True)
     return snapshot
+
+
+def _load(path: Path, agent: AsDDPG) -> int:
+    return weights_file.load_into(path, agent.networks, needs_critic=True)
 
 
 def _draw(diagnosis: Diagnosis, obstacles: Obstacles, examination: Examination, folder: Path) -> None:

@@ -29,7 +29,7 @@ from asddpg.episodes.evaluation import EvaluationResult, evaluate, table
 from asddpg.errors import UserError
 from asddpg.observers.progress import EpisodeBar
 from asddpg.program import run
-from asddpg.runs import policy_file, pretrained
+from asddpg.runs import pretrained, weights_file
 from asddpg.runs.loading import Trained, open_trained
 from asddpg.runs.pretrained import PretrainedFolder
 from asddpg.runs.provenance import environment_hash, versions
@@ -155,14 +155,14 @@ def _export(
     """Write the weights; gives an agent that has them from that file, so that what is tested is what is shipped."""
     learned = make_agent(config, environment)
     step = trained.load_into(learned)
-    policy_file.save(part.weights, learned.networks, step)
+    weights_file.save(part.weights, learned.networks, step, with_critic=False)
     if part.weights.stat().st_size > MAX_WEIGHT_BYTES:
         size = f"{part.weights.stat().st_size / 1e6:.1f} MB"
         raise UserError(
             f"the weights take {size}, above the {MAX_WEIGHT_BYTES / 1e6:g} MB shipped at most; narrow network.widths"
         )
     agent = make_agent(config, environment)
-    return agent, policy_file.load_into(part.weights, agent.networks)
+    return agent, weights_file.load_into(part.weights, agent.networks)
 
 
 def _test(config: TrainConfig, environment: gymnasium.Env, agent: AsDDPG, episodes: int) -> Tested:

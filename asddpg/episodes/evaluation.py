@@ -1,6 +1,6 @@
 """Drives the episodes of an evaluation and turns them into figures."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -63,6 +63,7 @@ def evaluate(
     pairs: Sequence[StartGoalPair],
     control_timestep: float,
     observers: Sequence[Observer] = (),
+    before_episode: Callable[[], None] = lambda: None,
 ) -> EvaluationResult:
     """Drive one episode for each pair.
 
@@ -71,12 +72,14 @@ def evaluate(
         agent: who drives.
         pairs: from where to where.
         control_timestep: seconds a step.
-        observers: who watches.
+        observers: notified of the episodes.
+        before_episode: called before each; may raise to stop the evaluation.
     """
     environment.reset(seed=0)  # of a laser's noise: the same evaluation gives the same figures
-    episodes = [
-        run_episode(environment, agent, observers, options={"start": pair.start, "goal": pair.goal}) for pair in pairs
-    ]
+    episodes = []
+    for pair in pairs:
+        before_episode()
+        episodes.append(run_episode(environment, agent, observers, options={"start": pair.start, "goal": pair.goal}))
     return summarize_episodes(episodes, [pair.shortest_path for pair in pairs], control_timestep)
 
 

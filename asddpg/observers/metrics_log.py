@@ -8,6 +8,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Protocol, SupportsFloat, TextIO
 
+import numpy as np
+
 from asddpg.atomic_write import closed_on_error
 from asddpg.episodes.protocols import Episode, Observation, Step
 
@@ -57,7 +59,8 @@ class MetricsLog:
         """
         before = read_rows(metrics)
         self._recent = RecentEpisodes(row["outcome"] for row in before)
-        self._steps, self._episodes = int(before[-1]["step"]) if before else 0, len(before)
+        self._finished_steps, self._episodes = int(before[-1]["step"]) if before else 0, len(before)
+        self._steps = self._finished_steps
         self._metrics_file, self._metrics = _appended(metrics, COLUMNS)
         with closed_on_error(self._metrics_file):
             self._timing_file, self._timing = _appended(timing, ("step", "seconds", "steps_per_second"))
@@ -69,6 +72,16 @@ class MetricsLog:
     def seconds(self) -> float:
         """What the training has taken so far."""
         return time.perf_counter() - self._begun
+
+    def state(self) -> dict[str, Any]:
+        """Of the episode in progress: its steps and what was learned in it."""
+        learned = {name: np.array(list(map(float, values))) for name, values in self._learned.items()}
+        return {"steps": self._steps - self._finished_steps, "learned": learned}
+
+    def load_state(self, state: Mapping[str, Any]) -> None:
+        """Go on in the middle of an episode, with what state() returned."""
+        self._steps = self._finished_steps + state["steps"]
+        self._learned = {name: values.tolist() for name, values in state["learned"].items()}
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
         """Means begin anew."""
@@ -83,6 +96,7 @@ class MetricsLog:
     def end_episode(self, episode: Episode) -> None:
         """Write the row."""
         self._episodes += 1
+        self._finished_steps = self._steps
         self._recent.add(episode.outcome)
         row: dict[str, Any] = {
             "step": self._steps,

@@ -35,12 +35,12 @@ class ProgressBar(Callback):
         self._recent.add(episode.outcome)
         share = self._recent.share
         self._bar.set_postfix_str(
-            f"reach {share('reached'):.2f} crash {share('crashed'):.2f} time-out {share('timeout'):.2f} "
+            f"success {share('reached'):.2f} collision {share('crashed'):.2f} time-out {share('timeout'):.2f} "
             f"controller {self._share:.2f}",
             refresh=False,
         )
 
-    def say(self, text: str) -> None:
+    def print_line(self, text: str) -> None:
         """Print a line above the bar."""
         self._bar.write(text)
 

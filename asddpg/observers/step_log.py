@@ -41,6 +41,17 @@ class StepLog:
         self._episode = episodes
         self._where: tuple[float, float, float] = (_NAN, _NAN, _NAN)
 
+    def state(self) -> dict[str, Any]:
+        """Of the episode in progress: its rows, and the place of the next choice."""
+        return {"rows": np.array(self._values, dtype=np.float32), "place": list(self._where)}
+
+    def load_state(self, state: Mapping[str, Any]) -> None:
+        """Go on in the middle of an episode, with what state() returned."""
+        self._episode += 1
+        self._values = array("f", state["rows"].tobytes())
+        x, y, distance = state["place"]
+        self._where = (x, y, distance)
+
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
         """Note where it begins."""
         self._values = array("f")

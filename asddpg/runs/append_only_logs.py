@@ -1,4 +1,4 @@
-"""Files of a run that only ever grow: how long each was at a checkpoint, and how they are taken back to it."""
+"""Logs of a run, to which a training only appends: their lengths at a training state, and truncation to them."""
 
 import hashlib
 from collections.abc import Mapping
@@ -8,14 +8,14 @@ from typing import Any
 
 from asddpg.runs.state_files import DamagedStateError, digest_of, to_disk
 
-# The only ones that are ever shortened or removed, whatever names a checkpoint holds.
-GROWING = ("metrics.csv", "timing.csv", "validation.csv", "steps.f32", "tensorboard/events.*")
+# No other file is ever truncated or removed, whatever names a training state holds.
+PATTERNS = ("metrics.csv", "timing.csv", "validation.csv", "steps.f32", "tensorboard/events.*")
 
-_ONLY_LOOKED_AT = ("timing.csv", "tensorboard/events.*")  # nothing is read back from them
+_NOT_READ_BACK = ("timing.csv", "tensorboard/events.*")  # nothing is read back from them
 
 
 def lengths(run: Path) -> dict[str, dict[str, Any]]:
-    """Bytes and SHA-256 of each growing file of a run, by its path in it; all are brought to the disk."""
+    """Bytes and SHA-256 of each log of a run, by its path in it; all are flushed to the disk."""
     found = {}
     for path in _present(run):
         to_disk(path)
@@ -24,16 +24,16 @@ def lengths(run: Path) -> dict[str, dict[str, Any]]:
 
 
 def check(run: Path, marks: Mapping[str, Mapping[str, Any]]) -> None:
-    """See that every file still begins as it was; those that are only looked at may be gone or changed.
+    """See that every log still begins as it did; those that nothing reads back may be gone or changed.
 
     Raises:
         DamagedStateError: one does not, or is no file of a run.
     """
     for name, mark in marks.items():
         path = run / name
-        if not any(_is_match(name, pattern) for pattern in GROWING) or path.is_symlink():
+        if not any(_is_match(name, pattern) for pattern in PATTERNS) or path.is_symlink():
             raise DamagedStateError(f"{name} is no file that a training writes")
-        if any(_is_match(name, pattern) for pattern in _ONLY_LOOKED_AT):
+        if any(_is_match(name, pattern) for pattern in _NOT_READ_BACK):
             continue
         if not path.is_file():
             raise DamagedStateError(f"{path}, which belongs to it, is missing")
@@ -43,8 +43,8 @@ def check(run: Path, marks: Mapping[str, Mapping[str, Any]]) -> None:
             raise DamagedStateError(f"{path}, which belongs to it, has been changed or cut")
 
 
-def take_back(run: Path, marks: Mapping[str, Mapping[str, Any]]) -> None:
-    """Shorten each file to what it was, and remove those that came later."""
+def truncate(run: Path, marks: Mapping[str, Mapping[str, Any]]) -> None:
+    """Truncate each log to its length then, and remove later ones."""
     for path in _present(run):
         mark = marks.get(str(path.relative_to(run)))
         if mark is None:
@@ -55,7 +55,7 @@ def take_back(run: Path, marks: Mapping[str, Mapping[str, Any]]) -> None:
 
 
 def _present(run: Path) -> list[Path]:
-    paths = [path for pattern in GROWING for path in sorted(run.glob(pattern))]
+    paths = [path for pattern in PATTERNS for path in sorted(run.glob(pattern))]
     return [path for path in paths if path.is_file() and not path.is_symlink()]
 
 

@@ -1,4 +1,4 @@
-"""What is kept of a training that met a number that is none: enough to make the step again."""
+"""The dump of a training that met NaN or an infinite number: enough to repeat the step."""
 
 import json
 import shlex
@@ -9,63 +9,76 @@ from pathlib import Path
 import mujoco
 from dm_control.rl.control import PhysicsError
 
-from asddpg.errors import Breakdown
-from asddpg.observers.finite_check import NotFiniteError
+from asddpg.episodes.finite_check import NotFiniteError
+from asddpg.errors import NumericalFailure
 from asddpg.program import python
-from asddpg.runs.checkpoints import TrainingStates
 from asddpg.runs.run_folder import RunFolder, write_json
+from asddpg.runs.training_states import TrainingStates
 
-WHAT = "what.json"
+FILE = "failure.json"
 CAUSES = (NotFiniteError, PhysicsError, mujoco.FatalError)  # the last where MuJoCo's memory is full
 
 
-def first_line(error: Exception) -> str:
-    """What went wrong, in one line."""
-    return str(error).splitlines()[0]
-
-
 @dataclass(frozen=True)
-class Trouble:
-    """What broke a training: after how many steps, what, and whether while it validated."""
+class Failure:
+    """A failure of a training.
+
+    Attributes:
+        step: training steps made before.
+        message: what failed, one line.
+        in_validation: whether it failed in a validation.
+    """
 
     step: int
-    what: str
+    message: str
     in_validation: bool
 
 
-def stopped(folder: RunFolder, states: TrainingStates, trouble: Trouble, named: str) -> Breakdown:
-    """Keep a dump, and give what a user is told; `named` are words that the command to see it again needs besides."""
-    when = f"after step {trouble.step}{', in a validation,' if trouble.in_validation else ''}"
-    broke = f"{when} {trouble.what}; the training has stopped"
-    try:
-        dump = _write(folder, states, trouble)
-    except OSError as error:  # a full disk must not hide what broke
-        return Breakdown(f"{broke}; no dump of it could be written: {error.strerror}")
-    return Breakdown(f"{broke}; to see it again: {python()} -m asddpg.reproduce {shlex.quote(str(dump))}{named}")
+def first_line(error: Exception) -> str:
+    """The first line of an error's message."""
+    return str(error).splitlines()[0]
 
 
-def _write(folder: RunFolder, states: TrainingStates, trouble: Trouble) -> Path:
-    """Keep the run's configuration, its newest checkpoint and what went wrong, in a folder of their own.
+def dump(folder: RunFolder, states: TrainingStates, failure: Failure, argument: str) -> NumericalFailure:
+    """Write a dump; returns the error for the user.
 
-    From the checkpoint the training comes to the same step again, to the last bit. Without one yet, from its beginning.
-
+    Args:
+        folder: the run's.
+        states: its training states.
+        failure: what failed.
+        argument: that the command which repeats it needs besides, with a space before it, or nothing.
     """
-    dump = folder.path / f"breakdown_{trouble.step:08d}"
-    shutil.rmtree(dump, ignore_errors=True)
-    dump.mkdir()
-    shutil.copy(folder.config, dump)
-    newest = states.paths()[-1:]
-    for path in newest:
-        shutil.copytree(path, RunFolder(dump).training_states / path.name)
-    write_json(dump / WHAT, asdict(trouble))
-    return dump
+    where = f"after step {failure.step}{', in a validation,' if failure.in_validation else ''}"
+    sentence = f"{where} {failure.message}; the training has stopped"
+    try:
+        path = _write(folder, states, failure)
+    except OSError as error:  # a full disk must not hide the failure
+        return NumericalFailure(f"{sentence}; no dump of it could be written: {error.strerror}")
+    return NumericalFailure(
+        f"{sentence}; to repeat it: {python()} -m asddpg.reproduce {shlex.quote(str(path))}{argument}"
+    )
 
 
-def read(dump: Path) -> Trouble:
-    """What broke.
+def _write(folder: RunFolder, states: TrainingStates, failure: Failure) -> Path:
+    """Copy the run's configuration and its newest training state into a folder of their own, with the failure.
+
+    From that state the training comes to the same step again, to the last bit; without one, from its beginning.
+    """
+    path = folder.path / f"failure_{failure.step:08d}"
+    shutil.rmtree(path, ignore_errors=True)
+    path.mkdir()
+    shutil.copy(folder.config, path)
+    for newest in states.paths()[-1:]:
+        shutil.copytree(newest, RunFolder(path).training_states / newest.name)
+    write_json(path / FILE, asdict(failure))
+    return path
+
+
+def read(path: Path) -> Failure:
+    """The failure of a dump.
 
     Raises:
         OSError, ValueError, KeyError, TypeError: it is no dump.
     """
-    content = json.loads((dump / WHAT).read_text(encoding="utf-8"))
-    return Trouble(int(content["step"]), str(content["what"]), bool(content["in_validation"]))
+    content = json.loads((path / FILE).read_text(encoding="utf-8"))
+    return Failure(int(content["step"]), str(content["message"]), bool(content["in_validation"]))

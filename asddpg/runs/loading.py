@@ -1,4 +1,4 @@
-"""What was trained and is to be driven: a run's folder or a pretrained policy, both opened by `run=`."""
+"""Opens a trained policy by `run=`: the folder of a run, or a pretrained policy by name."""
 
 import hashlib
 from collections.abc import Callable
@@ -8,8 +8,7 @@ from pathlib import Path
 from asddpg.algorithm.agent import AsDDPG
 from asddpg.config import TrainConfig
 from asddpg.errors import UserError
-from asddpg.runs import policy_file
-from asddpg.runs import weights_file as checkpoint_file
+from asddpg.runs import weights_file
 from asddpg.runs.pretrained import open_pretrained
 from asddpg.runs.run_folder import open_run_folder, read_training
 from asddpg.runs.safe_loading import OURS
@@ -56,7 +55,7 @@ def open_trained(run: str, checkpoint: str = "last", controller: str | None = OU
     weights = folder.checkpoint(checkpoint)
 
     def load_into(agent: AsDDPG) -> int:
-        return checkpoint_file.load(weights, agent)
+        return weights_file.load_into(weights, agent.networks)
 
     return Trained(f"{run}, {checkpoint} checkpoint", config, provenance, folder.evaluation, weights, load_into)
 
@@ -68,7 +67,7 @@ def _open_pretrained(run: str, checkpoint: str) -> Trained:
     config, provenance = read_training(folder.config)
 
     def load_into(agent: AsDDPG) -> int:
-        return policy_file.load_into(folder.weights, agent.networks)
+        return weights_file.load_into(folder.weights, agent.networks)
 
     # Into the present folder, as a baseline's: the package is not the user's to write into.
     return Trained(run, config, provenance, Path("evaluation.json"), folder.weights, load_into)

@@ -10,7 +10,7 @@ from asddpg.algorithm.networks import Networks
 from asddpg.config import TrainConfig
 from asddpg.episodes.protocols import Action, Observation
 from asddpg.errors import UserError
-from asddpg.runs import policy_file
+from asddpg.runs import weights_file
 from asddpg.runs.run_folder import read_training
 
 FOLDER = Path(__file__).resolve().parents[2] / "models" / "pretrained"
@@ -96,5 +96,5 @@ def load_policy(name: str) -> Policy:
     """
     folder = open_pretrained(name)
     config, _ = read_training(folder.config)
-    networks, step, observation_size = policy_file.read(folder.weights)
+    networks, step, observation_size = weights_file.read(folder.weights)
     return Policy(networks, config, step, observation_size)

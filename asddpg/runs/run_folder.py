@@ -27,9 +27,9 @@ class RunFolder:
     `validation.csv` a row a validation · `episodes/` recordings of the training, `evaluated_episodes/` of evaluations,
     `played_episodes/` of those that were played ·
     `timing.csv`, `resources.json` time and memory · `tensorboard/` · `steps.f32`, `steps.npz` a row a training
-    step · `resume/step_<n>/` what the training goes on from · `breakdown_<step>/` what broke it ·
+    step · `resume/step_<n>/` training states, from which `resume=` goes on · `failure_<step>/` dump of a failure ·
     `lock` names the process that writes the run ·
-    `checkpoints/{last,best}/agent.pt`, and `checkpoints/step_<n>/agent.pt` at each validation · `test.json` the test
+    `checkpoints/{last,best}.safetensors`, and `checkpoints/step_<n>.safetensors` at each validation: weights · `test.json` the test
     that ends the training · `evaluation.json` what asddpg.evaluate found last · `diagnosis/` what tools.diagnose found.
     """
 
@@ -87,7 +87,7 @@ class RunFolder:
 
     @property
     def training_states(self) -> Path:
-        """Folder of the checkpoints from which the training goes on."""
+        """Folder of the training states, from which a training resumes."""
         return self.path / "resume"
 
     @property
@@ -97,7 +97,7 @@ class RunFolder:
 
     def checkpoint(self, name: str) -> Path:
         """Weights; `name` is last or best."""
-        return self.path / "checkpoints" / name / "agent.pt"
+        return self.path / "checkpoints" / f"{name}.safetensors"
 
     def snapshot(self, step: int) -> Path:
         """The networks' weights at a validation, after `step` training steps."""
@@ -105,7 +105,7 @@ class RunFolder:
 
     def snapshots(self) -> list[Path]:
         """All snapshots, oldest first."""
-        return sorted(self.path.glob("checkpoints/step_*/agent.pt"))
+        return sorted(self.path.glob("checkpoints/step_*.safetensors"))
 
     @property
     def diagnosis(self) -> Path:
@@ -119,8 +119,7 @@ class RunFolder:
             UserError: it cannot be made.
         """
         try:
-            for name in ("last", "best"):
-                self.checkpoint(name).parent.mkdir(parents=True)
+            self.checkpoint("last").parent.mkdir(parents=True)
         except OSError as error:
             raise UserError(f"the run folder {self.path} cannot be made: {error.strerror}") from error
 

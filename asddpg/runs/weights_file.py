@@ -1,60 +1,133 @@
-"""The networks' weights on disk: written whole or not at all, read without running code.
+"""Networks' weights as one safetensors file: policy, switch and, for those who go on learning, the critic.
 
-What a training needs to go on is kept apart, in asddpg/runs/checkpoints.py.
+safetensors: a header of JSON and plain tensors, checked against the file's length, with no pickle even as an option.
+Reading a file runs no code; the same weights give the same bytes.
 """
 
-import io
-import pickle
+import json
 from pathlib import Path
-from typing import Any
-from zipfile import BadZipFile
+from typing import Any, NamedTuple
 
 import torch
+from safetensors import SafetensorError, safe_open
+from safetensors.torch import save as serialize
+from torch import Tensor
 
-from asddpg.algorithm.agent import AsDDPG
+from asddpg.algorithm.networks import Networks, NetworkShape, branch_size
 from asddpg.atomic_write import write_whole
 from asddpg.errors import UserError
-from asddpg.runs.safe_loading import check_packed
 
-FORMAT = "asddpg-snapshot-1"
-_WITH_OPTIMIZERS = "asddpg-checkpoint-1"  # of earlier versions: targets and optimisers stand beside the weights
+KEY, FORMAT = "asddpg_policy", 1
+_CRITIC = "critic"  # first part of the names of Q^A's weights: neither the policy nor the switch needs them
+_CRITIC_SHAPE = ("layer_norm", "twin_critics")  # fields of a shape that describe Q^A alone
+_MAX_OBSERVATION_SIZE = 10**6  # a hundred scans of 2000 beams are a fifth of it
+# Raised by header values of a wrong kind or size.
+_INVALID = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RuntimeError, MemoryError)
 
 
-def save(path: Path, agent: AsDDPG, step: int) -> None:
-    """Write the networks' weights after `step` training steps: enough to drive, too little to train on.
+class _Content(NamedTuple):
+    weights: dict[str, Tensor]
+    shape: NetworkShape
+    step: int
+
+
+def save(path: Path, networks: Networks, step: int, with_critic: bool = True) -> None:
+    """Write the weights after `step` training steps; the folder is made if it is missing.
+
+    Args:
+        path: of the file.
+        networks: online networks.
+        step: of the training.
+        with_critic: whether Q^A is written too; a published policy needs none.
 
     Raises:
-        OSError: they could not be written; what was there before is as it was.
+        OSError: the file could not be written; what was there before is unchanged.
     """
+    weights = {
+        name: value.detach().cpu().clone(memory_format=torch.contiguous_format)
+        for name, value in networks.state_dict().items()
+        if with_critic or not name.startswith(_CRITIC)
+    }
+    # One key: safetensors writes several in a random order, and the same weights are to give the same bytes.
+    header = json.dumps({"format": FORMAT, "step": step, "shape": networks.shape._asdict()}, sort_keys=True)
     path.parent.mkdir(parents=True, exist_ok=True)
-    content = io.BytesIO()  # torch itself says RuntimeError of a full disk
-    torch.save({"format": FORMAT, "step": step, "networks": agent.networks.state_dict()}, content)
-    write_whole(path, content.getbuffer())
+    write_whole(path, serialize(weights, metadata={KEY: header}))
 
 
-def load(path: Path, agent: AsDDPG) -> int:
-    """Give an agent's networks the weights in a checkpoint; returns the training step it was written at.
+def load_into(path: Path, networks: Networks, needs_critic: bool = False) -> int:
+    """Copy the weights in a file into networks; returns the training step they are of.
+
+    A file without Q^A leaves the networks' own.
 
     Raises:
-        UserError: the file is missing, not a checkpoint of this program, or of another network.
+        UserError: the file is missing, not one of this program, of other networks, or lacks Q^A where it is needed.
     """
     content = _read(path)
+    _fill(networks, content, path)
+    if needs_critic and not any(name.startswith(_CRITIC) for name in content.weights):
+        raise UserError(f"{path} holds policy and switch alone; the critic of its training is not in it")
+    return content.step
+
+
+def read(path: Path) -> tuple[Networks, int, int]:
+    """The networks that a file describes, the training step they are of, and the length of their observations.
+
+    Where the file holds no Q^A, theirs is untrained.
+
+    Raises:
+        UserError: the file is missing or not one of this program.
+    """
+    content = _read(path)
+    with_switch = any(name.startswith("switch") for name in content.weights)
     try:
-        weights = content["agent"]["networks"] if content["format"] == _WITH_OPTIMIZERS else content["networks"]
-        agent.networks.load_state_dict(weights)
-        return int(content["step"])
-    except (KeyError, RuntimeError, ValueError, TypeError, AttributeError) as error:
-        raise UserError(f"the checkpoint {path} does not fit the network that its run's config.yaml names") from error
+        with torch.random.fork_rng(devices=[]):  # building draws weights; the caller's generator stays as it is
+            networks = Networks(content.shape, with_switch)
+    except _INVALID as error:
+        raise UserError(f"{path} is damaged: no network can be built as its header describes one") from error
+    _fill(networks, content, path)
+    return networks.requires_grad_(False), content.step, content.shape.observation_size
 
 
-def _read(path: Path) -> dict[str, Any]:
+def _fill(networks: Networks, content: _Content, path: Path) -> None:
+    expected, found = _policy_shape(networks.shape), _policy_shape(content.shape)
+    if differing := [name for name, value in expected.items() if found[name] != value]:
+        differences = ", ".join(f"{name} {found[name]} instead of {expected[name]}" for name in differing)
+        raise UserError(f"{path} is for a network of another shape than its run's config.yaml describes: {differences}")
+    try:
+        missing, unexpected = networks.load_state_dict(content.weights, strict=False)
+    except RuntimeError as error:
+        raise UserError(f"the weights in {path} are of another shape than its header says") from error
+    if unexpected or [name for name in missing if not name.startswith(_CRITIC)]:
+        raise UserError(f"the weights in {path} are of other layers than the network of its run's config.yaml has")
+
+
+def _policy_shape(shape: NetworkShape) -> dict[str, Any]:
+    """Fields that policy and switch depend on, as JSON gives them back; the actions' bounds are not in the weights."""
+    values: dict[str, Any] = json.loads(json.dumps(shape._asdict()))
+    return {name: value for name, value in values.items() if name not in _CRITIC_SHAPE}
+
+
+def _read(path: Path) -> _Content:
     if not path.is_file():
-        raise UserError(f"there is no checkpoint {path}")
+        raise UserError(f"there is no file of weights {path}")
     try:
-        check_packed(path, largest=path.stat().st_size)  # torch.save packs nothing
-        content = torch.load(path, map_location="cpu", weights_only=True)
-    except (BadZipFile, pickle.UnpicklingError, RuntimeError, EOFError, ValueError, KeyError, OSError) as error:
-        raise UserError(f"{path} is damaged or not a checkpoint written by asddpg.train") from error
-    if not isinstance(content, dict) or content.get("format") not in (FORMAT, _WITH_OPTIMIZERS):
-        raise UserError(f"{path} is not a checkpoint written by asddpg.train")
-    return content
+        with safe_open(path, framework="pt") as file:
+            header = json.loads((file.metadata() or {})[KEY])
+            shape = _parse_shape(header["shape"])
+            if branch_size(shape) > path.stat().st_size:
+                raise ValueError("its header describes a larger network than the file has weights for")
+            weights = {name: file.get_tensor(name) for name in file.keys()}  # noqa: SIM118  # not a mapping
+        if header["format"] != FORMAT:
+            raise UserError(f"{path} is of format {header['format']}, and this version reads {FORMAT}")
+        return _Content(weights, shape, int(header["step"]))
+    except (SafetensorError, OSError, *_INVALID) as error:
+        raise UserError(f"{path} is damaged or not a file of weights written by asddpg") from error
+
+
+def _parse_shape(values: dict[str, Any]) -> NetworkShape:
+    scan_shape = values.pop("scan_shape")  # JSON knows no tuples
+    shape = NetworkShape(**values, scan_shape=None if scan_shape is None else tuple(scan_shape))
+    scans, beams = shape.scan_shape or (1, 1)
+    if not (scans > 0 < beams and scans * beams <= shape.observation_size <= _MAX_OBSERVATION_SIZE):
+        raise ValueError("no task has such observations")
+    return shape

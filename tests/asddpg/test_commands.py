@@ -55,7 +55,7 @@ def test_a_run_folder_explains_itself(finished_run: Path) -> None:
 def test_best_is_where_validation_was_best(finished_run: Path) -> None:
     rows = read_rows(finished_run / "validation.csv")
     best = max(rows, key=lambda row: (float(row["success_rate"]), float(row["metric"])))
-    kept = {name: torch.load(finished_run / f"checkpoints/{name}/agent.pt") for name in ("last", "best")}
+    kept = {name: torch.load(finished_run / f"checkpoints/{name}.safetensors") for name in ("last", "best")}
     assert kept["last"]["step"] == 400
     # A validation is written at the end of the episode in which it falls due.
     assert kept["best"]["step"] == int(best["step"])
@@ -119,7 +119,7 @@ def test_same_seed_twice_is_equal_to_the_last_bit(tmp_path: Path) -> None:
     one, two = tmp_path / "one", tmp_path / "two"
     assert (one / "metrics.csv").read_bytes() == (two / "metrics.csv").read_bytes()
     assert (one / "validation.csv").read_bytes() == (two / "validation.csv").read_bytes()
-    weights = [torch.load(run / "checkpoints/last/agent.pt", weights_only=True)["networks"] for run in (one, two)]
+    weights = [torch.load(run / "checkpoints/last.safetensors", weights_only=True)["networks"] for run in (one, two)]
     for name, value in weights[0].items():
         assert torch.equal(value, weights[1][name]), name
 
@@ -290,7 +290,7 @@ def test_checkpoints_that_are_missing_or_not_ours(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     run = tmp_path / "run"
-    checkpoint = run / "checkpoints/last/agent.pt"
+    checkpoint = run / "checkpoints/last.safetensors"
     checkpoint.parent.mkdir(parents=True)
     (run / "config.yaml").write_bytes((finished_run / "config.yaml").read_bytes())
     if isinstance(content, bytes):

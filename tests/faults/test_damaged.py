@@ -12,7 +12,7 @@ import pytest
 
 from asddpg import train
 from asddpg.runs import append_only_logs, state_files
-from asddpg.runs.checkpoints import TrainingStates
+from asddpg.runs.training_states import TrainingStates
 from tests.faults.scale import scaled
 from tests.support.small_runs import QUICK, assert_same_run, assert_same_tree, stopped
 

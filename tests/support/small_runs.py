@@ -75,8 +75,8 @@ def assert_same_run(one: Path, other: Path) -> None:
         assert (one / name).read_bytes() == (other / name).read_bytes(), name
     assert json.loads((one / "test.json").read_text()) == json.loads((other / "test.json").read_text())
     assert_same_steps(one / "steps.npz", other / "steps.npz")
-    names = sorted(str(path.relative_to(one)) for path in one.glob("checkpoints/*/agent.pt"))
-    assert names == sorted(str(path.relative_to(other)) for path in other.glob("checkpoints/*/agent.pt"))
+    names = sorted(str(path.relative_to(one)) for path in one.glob("checkpoints/*.safetensors"))
+    assert names == sorted(str(path.relative_to(other)) for path in other.glob("checkpoints/*.safetensors"))
     for name in names:
         assert_same_tree(torch.load(one / name, weights_only=True), torch.load(other / name, weights_only=True), name)
     states = [newest_state(run) for run in (one, other)]

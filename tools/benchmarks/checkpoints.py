@@ -6,14 +6,14 @@ import time
 from pathlib import Path
 
 import numpy as np
+from asddpg.runs.resumable import ResumableEpisodes
 
 from asddpg.build import make_agent, make_environment, prepare_torch
 from asddpg.command_line import train_config
 from asddpg.observers.step_log import COLUMNS
 from asddpg.runs import append_only_logs
-from asddpg.runs.checkpoints import TrainingStates
-from asddpg.runs.resumable import ResumableEpisodes
 from asddpg.runs.run_folder import RunFolder
+from asddpg.runs.training_states import TrainingStates
 
 ROUNDS, STEPS = 5, 400
 

@@ -47,14 +47,14 @@ def test_a_snapshot_acts_as_the_networks_did(tiny_run: Path) -> None:
     last, snapshot = agent_of(tiny_run), agent_of(tiny_run)
     paths = RunFolder(tiny_run).snapshots()
     assert len(paths) == 2
-    assert weights_file.load(tiny_run / "checkpoints/last/agent.pt", last) == 400
-    assert weights_file.load(paths[-1], snapshot) == 400  # of the validation that ended the training
+    assert weights_file.load_into(tiny_run / "checkpoints/last.safetensors", last.networks) == 400
+    assert weights_file.load_into(paths[-1], snapshot.networks) == 400  # of the validation that ended the training
     observations = np.random.default_rng(0).uniform(-0.5, 0.5, (20, 124)).astype(np.float32)
     for observation in observations:
         np.testing.assert_array_equal(snapshot.act(observation), last.act(observation))
         one, other = snapshot.decide_greedily(observation), last.decide_greedily(observation)
         assert (one.q_policy, one.q_controller, one.driver) == (other.q_policy, other.q_controller, other.driver)
-    weights_file.load(paths[0], snapshot)
+    weights_file.load_into(paths[0], snapshot.networks)
     assert not np.array_equal(snapshot.act(observations[0]), last.act(observations[0]))
 
 

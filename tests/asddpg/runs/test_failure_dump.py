@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 import torch
 import yaml
+from asddpg.runs.resumable import ResumableEpisodes
 
 from asddpg import reproduce, train
 from asddpg.algorithm.agent import AsDDPG
 from asddpg.build import navigation_env
 from asddpg.episodes.protocols import Episode
-from asddpg.errors import Breakdown, UserError
+from asddpg.errors import NumericalFailure, UserError
 from asddpg.runs import state_files
-from asddpg.runs.resumable import ResumableEpisodes
 from tests.support.small_runs import QUICK, stopped
 
 NAN = float("nan")
@@ -118,10 +118,12 @@ def test_a_fault_stops_with_a_sentence_and_is_met_again(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     break_at(monkeypatch, step, fault)
-    with pytest.raises(Breakdown, match=f"after step {step + finished} {what}.*asddpg.reproduce run/break") as caught:
+    with pytest.raises(
+        NumericalFailure, match=f"after step {step + finished} {what}.*asddpg.reproduce run/failure"
+    ) as caught:
         train.main([*QUICK, "run_dir=run"])
     assert "\n" not in str(caught.value)
-    (dump,) = Path("run").glob("breakdown_*")
+    (dump,) = Path("run").glob("failure_*")
     said = again(dump, capsys)
     assert f"it was: after step {step + finished} " in said
     assert f"again: after step {step + finished} " in said
@@ -134,7 +136,7 @@ def test_a_log_holds_no_step_that_is_none(tmp_path: Path, monkeypatch: pytest.Mo
     run = tmp_path / "run"
     with monkeypatch.context() as patch:
         break_at(patch, 137, nan_reward)
-        with pytest.raises(Breakdown):
+        with pytest.raises(NumericalFailure):
             train.main([*QUICK, f"run_dir={run}"])
     assert "nan" not in (run / "metrics.csv").read_text().lower()
     train.main([f"resume={run}"])
@@ -150,10 +152,10 @@ def test_too_many_contacts(
     monkeypatch.chdir(tmp_path)
     limit_memory(monkeypatch, memory)
     break_at(monkeypatch, 60, everything_in_one_place)
-    with pytest.raises(Breakdown, match=r"after step 59 (Physics state is invalid|mj_stackAlloc)") as caught:
+    with pytest.raises(NumericalFailure, match=r"after step 59 (Physics state is invalid|mj_stackAlloc)") as caught:
         train.main([*QUICK, "task=nav_gazebo", "validation.every=0", "run_dir=run"])
     assert "\n" not in str(caught.value)
-    (dump,) = Path("run").glob("breakdown_*")
+    (dump,) = Path("run").glob("failure_*")
     assert "again: after step 59 " in again(dump, capsys)
 
 
@@ -172,9 +174,9 @@ def test_a_loss_that_is_none(
 
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(AsDDPG, "learn", learn)
-    with pytest.raises(Breakdown, match=f"after step 120 {loss} is nan"):
+    with pytest.raises(NumericalFailure, match=f"after step 120 {loss} is nan"):
         train.main([*QUICK, "run_dir=run"])
-    (dump,) = Path("run").glob("breakdown_*")
+    (dump,) = Path("run").glob("failure_*")
     assert f"again: after step 120 {loss} is nan" in again(dump, capsys)
 
 
@@ -197,19 +199,19 @@ def test_a_weight_that_is_none_is_never_kept(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     spoil_weights(monkeypatch, step)
-    with pytest.raises(Breakdown, match=f"after step {step} a weight of target_policy is not finite"):
+    with pytest.raises(NumericalFailure, match=f"after step {step} a weight of target_policy is not finite"):
         train.main([*QUICK, "run_dir=run"])
     for path in Path("run/resume").iterdir():
         for tensor in state_files.read(path)["episodes"]["agent"]["weights"].values():
             assert bool(torch.isfinite(tensor).all())
-    (dump,) = Path("run").glob("breakdown_*")
+    (dump,) = Path("run").glob("failure_*")
     assert f"again: after step {step} a weight of target_policy is not finite" in again(dump, capsys)
 
 
 def test_a_weight_that_is_none_is_noticed_where_a_user_stops(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     spoil_weights(monkeypatch, 130)
-    with pytest.raises(Breakdown, match="after step 130 a weight of target_policy"):
+    with pytest.raises(NumericalFailure, match="after step 130 a weight of target_policy"):
         stopped([*QUICK, "run_dir=run"], 130)
 
 
@@ -221,18 +223,18 @@ def test_what_does_not_break_again_is_told(step: int, tmp_path: Path, monkeypatc
     monkeypatch.chdir(tmp_path)
     with monkeypatch.context() as patch:
         break_at(patch, step, nan_reward)
-        with pytest.raises(Breakdown):
+        with pytest.raises(NumericalFailure):
             train.main([*QUICK, "run_dir=run"])
-    with pytest.raises(Breakdown, match=f"step {step} has passed, and nothing broke"):
-        reproduce.main([f"run/breakdown_{step:08d}"])
+    with pytest.raises(NumericalFailure, match=f"step {step} has passed, and nothing broke"):
+        reproduce.main([f"run/failure_{step:08d}"])
 
 
-def test_a_breakdown_explains_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_failure_explains_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     break_at(monkeypatch, 137, nan_reward)
-    with pytest.raises(Breakdown):
+    with pytest.raises(NumericalFailure):
         train.main([*QUICK, "run_dir=run"])
-    dump = Path("run/breakdown_00000137")
+    dump = Path("run/failure_00000137")
     assert {path.name for path in dump.iterdir()} == {"config.yaml", "what.json", "resume"}
     assert [path.name for path in (dump / "resume").iterdir()] == ["step_00000100"]
     assert yaml.safe_load((dump / "config.yaml").read_text())["total_steps"] == 240

@@ -17,7 +17,7 @@ from asddpg import train
 from asddpg.observers.step_log import COLUMNS, StepLog
 from asddpg.program import python
 from asddpg.runs import append_only_logs, state_files
-from asddpg.runs.checkpoints import TrainingStates
+from asddpg.runs.training_states import TrainingStates
 from tests.support.small_runs import QUICK, assert_same_run, die, stopped
 
 FULL = "/dev/full"
@@ -42,7 +42,7 @@ def assert_checkpoints_whole(run: Path, at_least: int = 0) -> None:
 
 WRITTEN = (
     "metrics.csv", "timing.csv", "validation.csv", "steps.f32", "steps.npz.part", "config.yaml.part",
-    "tensorboard/events.out.tfevents.0000000000", "checkpoints/last/agent.pt.part", "checkpoints/best/agent.pt.part",
+    "tensorboard/events.out.tfevents.0000000000", "checkpoints/last.safetensors.part", "checkpoints/best.safetensors.part",
     "test.json.part", "resources.json.part",
 )  # fmt: skip
 

@@ -157,7 +157,7 @@ def test_killed_between_the_last_checkpoint_and_the_last_weights(
     monkeypatch.undo()
     train.main([f"resume={run}"])
     for name in ("last", "best"):
-        assert torch.load(run / f"checkpoints/{name}/agent.pt", weights_only=True)["step"] == 240
+        assert torch.load(run / f"checkpoints/{name}.safetensors", weights_only=True)["step"] == 240
 
 
 def test_a_clock_that_was_set_back_changes_nothing(
@@ -218,7 +218,7 @@ def test_total_steps_may_be_raised(is_over: bool, tmp_path: Path) -> None:
 
 
 def step_of_best(run: Path) -> int:
-    return int(torch.load(run / "checkpoints/best/agent.pt", weights_only=True)["step"])
+    return int(torch.load(run / "checkpoints/best.safetensors", weights_only=True)["step"])
 
 
 def test_the_best_weights_are_of_this_past_and_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

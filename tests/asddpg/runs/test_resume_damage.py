@@ -11,8 +11,8 @@ import pytest
 from asddpg import train
 from asddpg.errors import UserError
 from asddpg.runs import append_only_logs, state_files
-from asddpg.runs.checkpoints import TrainingStates
 from asddpg.runs.lock import RunLock
+from asddpg.runs.training_states import TrainingStates
 from tests.support.small_runs import QUICK, assert_same_run, at_step, stopped
 
 FILES = (state_files.STATE, state_files.ARRAYS, state_files.TENSORS, state_files.SUMS)

@@ -19,9 +19,9 @@ from safetensors.torch import save_file
 from asddpg import evaluate, play
 from asddpg.errors import UserError
 from asddpg.runs import weights_file
-from asddpg.runs.policy_file import read as read_policy
 from asddpg.runs.run_folder import RunFolder, read_training
 from asddpg.runs.safe_loading import LARGEST_CONFIG
+from asddpg.runs.weights_file import read as read_policy
 from tools import diagnose, publish
 from tools.diagnosis.step_metrics import NEEDED
 
@@ -153,7 +153,9 @@ def test_a_controller_of_theirs_is_not_published(run: RunFolder) -> None:
 
 
 @programs
-@pytest.mark.parametrize("name", ["evaluation.json.part", "checkpoints/last/agent.pt", "played_episodes", "diagnosis"])
+@pytest.mark.parametrize(
+    "name", ["evaluation.json.part", "checkpoints/last.safetensors", "played_episodes", "diagnosis"]
+)
 def test_links_that_lead_out_of_a_run_are_not_followed(
     run: RunFolder, main: Main, arguments: list[str], name: str
 ) -> None:
@@ -169,7 +171,7 @@ def test_links_that_lead_out_of_a_run_are_not_followed(
 
 def test_a_run_may_be_a_link_and_have_links_within(run: RunFolder) -> None:
     run.checkpoint("best").unlink()
-    run.checkpoint("best").symlink_to("../last/agent.pt")
+    run.checkpoint("best").symlink_to("../last.safetensors")
     Path("mine").symlink_to("run")
     evaluate.main(["run=mine", "episodes=1", "checkpoint=best"])
     assert (run.path / "evaluation.json").exists()

@@ -15,7 +15,7 @@ from asddpg import train
 from asddpg.program import python
 from asddpg.recording.live.listener import LiveListener
 from asddpg.recording.live.live_view import LiveView
-from asddpg.runs.checkpoints import TrainingStates
+from asddpg.runs.training_states import TrainingStates
 from tests.support.small_runs import QUICK, assert_same_run, at_step, interrupt, newest_state, stopped
 
 PATIENCE = 300.0  # s

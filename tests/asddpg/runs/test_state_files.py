@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 import torch
+from asddpg.runs.history import History, Redriven, remembered
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as of_numpy
@@ -15,7 +16,6 @@ from hypothesis.extra import numpy as of_numpy
 from asddpg.algorithm.replay import BalancedReplay, ReplayBuffer, Transition
 from asddpg.episodes.protocols import Decision, Driver, Step
 from asddpg.runs import state_files
-from asddpg.runs.history import History, Redriven, remembered
 from asddpg.runs.state_files import DamagedStateError
 from tests.support.small_runs import assert_same_tree
 

@@ -1,4 +1,4 @@
-"""The states of a training from which it goes on, `<run>/resume/step_<n>/`: the newest and the one before it."""
+"""Training states, from which a training resumes, `<run>/resume/step_<n>/`: the newest and the one before it."""
 
 import shutil
 from collections.abc import Callable, Mapping
@@ -9,7 +9,7 @@ from asddpg.errors import UserError
 from asddpg.runs import state_files
 from asddpg.runs.state_files import NONSENSE, DamagedStateError
 
-FORMAT = "asddpg-training-1"
+FORMAT = "asddpg-training-2"
 KEPT = 2
 
 
@@ -64,9 +64,9 @@ class TrainingStates:
                 check(state)
                 return state, damaged
             except (DamagedStateError, OSError, *NONSENSE) as error:
-                damaged.append(f"the checkpoint {path} is damaged: {error}")
+                damaged.append(f"the training state {path} is damaged: {error}")
         if damaged:
-            raise UserError(f"{'; '.join(damaged)}; there is no other one to go on from")
+            raise UserError(f"{'; '.join(damaged)}; there is no other one to resume from")
         return None, []
 
     def forget_after(self, step: int) -> None:
@@ -80,5 +80,5 @@ class TrainingStates:
     def _read(self, path: Path) -> dict[str, Any]:
         state = state_files.read(path)
         if state.get("format") != FORMAT or state.get("step") != int(path.name[5:]):
-            raise DamagedStateError("it is not a checkpoint of this version, or not of the step in its name")
+            raise DamagedStateError("it is not a training state of this version, or not of the step in its name")
         return state

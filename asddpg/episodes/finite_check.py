@@ -1,0 +1,55 @@
+"""The NaN guard: numbers gone wrong end a training in the step in which they appear."""
+
+import math
+from collections.abc import Mapping
+from typing import SupportsFloat
+
+import numpy as np
+
+from asddpg.episodes.protocols import Observation, Step
+
+LOSSES = ("critic_loss", "switch_loss", "policy_loss")  # a TD error may be NaN: of a driver that no sample is of
+
+
+class NotFiniteError(Exception):
+    """A number of a training is NaN or infinite; the message says which."""
+
+
+def check_observation(observation: Observation) -> None:
+    """See that an observation is finite.
+
+    Raises:
+        NotFiniteError: it holds NaN or an infinite number.
+    """
+    _check_array("the observation", observation)
+
+
+def check_step(step: Step, learned: Mapping[str, SupportsFloat]) -> None:
+    """See that a step's action, observation, reward and losses are finite.
+
+    Raises:
+        NotFiniteError: one of them is NaN or infinite.
+    """
+    _check_array("the action", step.decision.action)
+    _check_array("the observation", step.next_observation)
+    if not math.isfinite(step.reward):
+        raise NotFiniteError(f"the reward is {step.reward}")
+    for name in LOSSES:
+        if name in learned and not math.isfinite(value := float(learned[name])):
+            raise NotFiniteError(f"{name} is {value}")
+
+
+def check_weights(are_finite: Mapping[str, bool]) -> None:
+    """See that the weights of each network, by its name, are finite.
+
+    Raises:
+        NotFiniteError: those of one are not.
+    """
+    for name, is_finite in are_finite.items():
+        if not is_finite:
+            raise NotFiniteError(f"a weight of {name} is not finite")
+
+
+def _check_array(name: str, numbers: Observation) -> None:
+    if not np.isfinite(numbers).all():
+        raise NotFiniteError(f"{name} holds {numbers[~np.isfinite(numbers)][0]}")
