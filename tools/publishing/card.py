@@ -27,7 +27,7 @@ $circumstances
 On $episodes stored test pairs, which training kept away from, without noise; in brackets the 95 % interval. The
 metric is −0.01 a step and +2 for reaching; the mean time is of the drives that reached.
 $scene_note
-$figures
+$metrics
 
 ## Where it fails
 
@@ -80,7 +80,7 @@ class Facts:
         note: how it was chosen, or nothing.
         provenance: versions and scene of the training.
         tested_scene: hash of the scene it was tested in.
-        figures: by who drove, as in DRIVERS.
+        metrics: by who drove, as in DRIVERS.
         failures: Markdown on where it fails.
     """
 

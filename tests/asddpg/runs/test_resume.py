@@ -260,7 +260,7 @@ def test_a_run_that_goes_on_in_another_scene_says_so_for_ever(
     config = run / "config.yaml"
     config.write_text(re.sub("model_hash: .*", "model_hash: 0ld5cene", config.read_text()))
     train.main([f"resume={run}"])
-    assert "note: it goes on with model_hash" in capsys.readouterr().out
+    assert "note: it resumes with model_hash" in capsys.readouterr().out
     provenance = yaml.safe_load(config.read_text())["provenance"]
     assert provenance["model_hash"] == "0ld5cene"
     assert provenance["resumed"].startswith("at step")

@@ -36,7 +36,9 @@ def test_a_run_is_diagnosed(run: Path, capsys: pytest.CaptureFixture[str]) -> No
     assert [snapshot["step"] for snapshot in found["snapshots"]][-1] == 400
     assert len(found["snapshots"]) == 2
     for metrics in (found["controller"], *(s[name] for s in found["snapshots"] for name in ("actor", "pair"))):
-        assert sum(metrics[f"{name}_rate"]["value"] for name in ("reach", "crash", "timeout")) == pytest.approx(1.0)
+        assert sum(metrics[f"{name}_rate"]["value"] for name in ("success", "collision", "timeout")) == pytest.approx(
+            1.0
+        )
         assert len(metrics["ends"]) == metrics["episodes"] == 2
     validated = read_rows(run / "validation.csv")
     for row, snapshot in zip(validated, found["snapshots"], strict=True):
