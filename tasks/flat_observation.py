@@ -6,6 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tasks.constants import MAX_RANGE
+from tasks.errors import TaskError
 from tasks.physics import FloatArray
 
 Float32Array = npt.NDArray[np.float32]
@@ -22,6 +23,16 @@ class ScanStack:
         self.num_scans = num_scans
         self.num_beams = num_beams
         self._flat = np.zeros(num_scans * num_beams + 4, dtype=np.float32)
+
+    def state(self) -> Float32Array:
+        """The last observation, a copy."""
+        return self._flat.copy()
+
+    def load_state(self, flat: Float32Array) -> None:
+        """Restore what state() gave; TaskError where it has another size."""
+        if np.shape(flat) != self._flat.shape:
+            raise TaskError(f"the state's observation has {np.size(flat)} numbers, not {self._flat.size}")
+        self._flat[:] = flat
 
     def reset(self, observation: Mapping[str, FloatArray]) -> Float32Array:
         """Begin an episode: its first scan stands for those before it."""

@@ -1,5 +1,6 @@
 """The tasks as Gymnasium environments."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import gymnasium
@@ -9,6 +10,7 @@ from gymnasium import spaces
 from tasks import constants
 from tasks.errors import TaskError
 from tasks.flat_observation import Float32Array, ScanStack
+from tasks.generator_state import generator_state, restored_generator
 from tasks.graphics.rendering import OffscreenRenderer
 from tasks.navigation import GOAL_BOUND, VELOCITY_BOUNDS, NavigationConfig
 from tasks.physics import FloatArray, Pose
@@ -57,6 +59,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         """
         if render_mode not in (None, "rgb_array"):
             raise TaskError(f"there is no render mode {render_mode!r}; there is rgb_array")
+        self._task_name = task
         self._env = load(task, random=0, reward=reward, config=config)
         self._physics = self._env.physics
         self._task = self._env.task
@@ -139,6 +142,51 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         terminated = time_step.last() and time_step.discount == 0.0
         truncated = time_step.last() and not terminated
         return self._stack.push(time_step.observation), float(time_step.reward), terminated, truncated, self._info()
+
+    def state(self) -> dict[str, Any]:
+        """Everything that the steps and episodes to come depend on: plain values and arrays under string keys.
+
+        It may be taken at any time, and restored into another environment of the same arguments and in another process.
+        """
+        return {
+            "task_name": self._task_name,
+            "physics": self._physics.state(),
+            "task": self._task.state(),
+            "observation": self._stack.state(),
+            "pairs": generator_state(self.np_random),
+            "seed": self.np_random_seed,
+            "begun": self._begun,
+            "over": self._env._reset_next_step,  # dm_control names no reading of it
+            "count": self._env._step_count,
+        }
+
+    def load_state(self, state: Mapping[str, Any]) -> tuple[Float32Array, dict[str, Any]]:
+        """Restore what state() gave: what follows is equal to the last bit.
+
+        Returns:
+            The observation and the `info` of that instant, as reset() or step() gave them; before the first reset
+            zeros and {}.
+
+        Raises:
+            TaskError: it is the state of another task, or of other numbers of beams or scans.
+        """
+        if state["task_name"] != self._task_name:
+            raise TaskError(f"the state is of {state['task_name']}, and the environment of {self._task_name}")
+        self._stack.load_state(state["observation"])
+        self._physics.load_state(state["physics"])
+        self._task.load_state(state["task"])
+        self.np_random = self._task.rng = restored_generator(state["pairs"])
+        self._np_random_seed = state["seed"]
+        self._begun = state["begun"]
+        self._env._reset_next_step, self._env._step_count = state["over"], state["count"]
+        if not self._begun:
+            return self._stack.state(), {}
+        return self._stack.state(), self._info() | (self._pair() if self._task.is_at_start else {})
+
+    def __getstate__(self) -> dict[str, Any]:
+        """For pickle and copy.deepcopy: a copy opens a renderer of its own when it first draws."""
+        _ = self.np_random  # Gymnasium seeds it when first read: the copy must not seed itself otherwise
+        return self.__dict__ | {"_renderer": None}
 
     def random_state(self) -> dict[str, Any]:
         """State of the randomness that episodes to come depend on: of starts and goals, and of the laser."""

@@ -5,14 +5,17 @@ another count.
 """
 
 from collections import deque
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import isfinite
+from typing import Any
 
 import mujoco
 import numpy as np
 
 from tasks.constants import FIELD_OF_VIEW, MAX_RANGE, MIN_RANGE, NUM_BEAMS
 from tasks.errors import TaskError
+from tasks.generator_state import generator_state, restored_generator
 from tasks.physics import FloatArray, Physics
 
 MAX_LATENCY = 2.0  # s
@@ -56,6 +59,18 @@ class Laser:
         self.rng = rng
         self._late_steps, self._late_seconds = divmod(config.latency + 1e-9, control_timestep)
         self._waiting: deque[FloatArray] = deque(maxlen=int(self._late_steps) + 1)
+        self._read_at = -1.0
+
+    def state(self) -> dict[str, Any]:
+        """The stream of its noise, and the scans on their way: plain values and arrays."""
+        return {"rng": generator_state(self.rng), "waiting": list(self._waiting), "read_at": self._read_at}
+
+    def load_state(self, state: Mapping[str, Any]) -> None:
+        """Restore what state() gave."""
+        self.rng = restored_generator(state["rng"])
+        self._waiting.clear()
+        self._waiting.extend(state["waiting"])
+        self._read_at = state["read_at"]
 
     def begin_episode(self, physics: Physics) -> None:
         """Forget the scans of the last episode."""

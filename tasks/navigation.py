@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import dm_env
 import numpy as np
@@ -115,6 +116,37 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         """Another goal for the episode in progress; the next step's progress is measured from here to it."""
         physics.move_goal(*goal)
         self._distance = physics.goal_distance()
+
+    # State ----------------------------------------------------------------------------------------------------------
+
+    def state(self) -> dict[str, Any]:
+        """What the episode's next steps depend on, but for physics and `rng`: plain values and arrays."""
+        return {
+            "start": list(self.start),
+            "next_pair": self._next_pair and [list(part) for part in self._next_pair],
+            "outcome": str(self.outcome),
+            "reward_terms": dict(self.reward_terms),
+            "distance": self._distance,
+            "steps": self._steps,
+            "laser": self.laser.state(),
+        }
+
+    def load_state(self, state: Mapping[str, Any]) -> None:
+        """Restore what state() gave."""
+        self.start = Pose(*state["start"])
+        self._next_pair = None
+        if state["next_pair"]:
+            start, goal = state["next_pair"]
+            self.set_next_pair(Pose(*start), (goal[0], goal[1]))
+        self.outcome = Outcome(state["outcome"])
+        self.reward_terms = dict(state["reward_terms"])
+        self._distance, self._steps = state["distance"], state["steps"]
+        self.laser.load_state(state["laser"])
+
+    @property
+    def is_at_start(self) -> bool:
+        """Whether the episode has not taken a step yet."""
+        return self._steps == 0
 
     # Step ---------------------------------------------------------------------------------------------------------
 

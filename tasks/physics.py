@@ -1,8 +1,9 @@
 """The one place that knows MuJoCo's indices: named readings of a scene, in SI units, as copies."""
 
 import math
+from collections.abc import Mapping
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple, Self
 
 import mujoco
 import numpy as np
@@ -19,6 +20,7 @@ MOVABLE_GROUP = 1  # geom group of class `movable` in models/mjcf/rooms/common.x
 # Physics steps between two looks at the contacts: 25 ms at 5 ms a step. A graze shorter than the control step counts.
 STEPS_BETWEEN_CONTACT_CHECKS = 5
 _SENSORS_OFF = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
+_FULL_STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)  # with less of it a continuation drifts by 4e-6
 _NOTHING, _CRASH, _PUSH = 0, 1, 2  # what a contact of two geoms means
 
 
@@ -99,6 +101,56 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
     def num_beams(self) -> int:
         """Beams of the laser."""
         return int(self._ranges.stop - self._ranges.start)
+
+    # State ----------------------------------------------------------------------------------------------------------
+
+    def after_reset(self) -> None:
+        """Make every reading fit the state; a pickle, a copy and a reset context end here.
+
+        dm_control's own leaves actuation out. The next step begins with mj_step2, and would miss the wheels' feedback.
+        """
+        super().after_reset()
+        mujoco.mj_step1(self.model.ptr, self.data.ptr)
+
+    def state(self) -> dict[str, Any]:
+        """Everything that the steps to come depend on: plain values and arrays."""
+        return {
+            "integration": self.get_state(_FULL_STATE),
+            "crashed": self._crashed,
+            "pushed": sorted(self._pushed),
+            "scan_delay": self.scan_delay,
+            "delayed_scan": self._delayed,
+        }
+
+    def load_state(self, state: Mapping[str, Any]) -> None:
+        """Restore what state() gave; the steps to come are equal to the last bit.
+
+        Raises:
+            TaskError: it is the state of another scene.
+        """
+        size = mujoco.mj_stateSize(self.model.ptr, _FULL_STATE)
+        if np.shape(state["integration"]) != (size,):
+            found = np.size(state["integration"])
+            raise TaskError(f"the state is of another scene: it has {found} numbers of MuJoCo's state, not {size}")
+        self.set_state(state["integration"], _FULL_STATE)
+        mujoco.mj_step1(self.model.ptr, self.data.ptr)
+        self._crashed, self._pushed = state["crashed"], set(state["pushed"])
+        self.scan_delay, self._delayed = state["scan_delay"], state["delayed_scan"]
+
+    def copy(self, share_model: bool = False) -> Self:
+        """A copy in the same state, with the same model if `share_model`."""
+        copied: Self = super().copy(share_model)
+        copied.load_state(self.state())
+        return copied
+
+    def __getstate__(self) -> dict[str, Any]:
+        """For pickle and copy.deepcopy."""
+        return {"data": self.data, "state": self.state()}
+
+    def __setstate__(self, pickled: dict[str, Any]) -> None:
+        """Restore what __getstate__() gave."""
+        super().__setstate__(pickled["data"])
+        self.load_state(pickled["state"])
 
     # Commands -----------------------------------------------------------------------------------------------------
 
