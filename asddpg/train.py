@@ -150,8 +150,8 @@ def _check_not_begun(folder: RunFolder, config: TrainConfig) -> None:
     step = _last_step(folder)
     if folder.resources.exists() or 0 < config.checkpoint_every <= step:
         raise UserError(
-            f"the run {folder.path} has come to step {step}, and there is no training state in {folder.training_states} "
-            "to resume from; nothing has been changed"
+            f"the run {folder.path} has come to step {step}, and there is no training state in "
+            f"{folder.training_states} to resume from; nothing has been changed"
         )
 
 

@@ -23,14 +23,12 @@ from tasks import ALL_TASKS
 class RunFolder:
     """Paths of a run.
 
-    `config.yaml` resolved configuration and what the run was made with · `metrics.csv` a row an episode ·
-    `validation.csv` a row a validation · `episodes/` recordings of the training, `evaluated_episodes/` of evaluations,
-    `played_episodes/` of those that were played ·
-    `timing.csv`, `resources.json` time and memory · `tensorboard/` · `steps.f32`, `steps.npz` a row a training
-    step · `resume/step_<n>/` training states, from which `resume=` goes on · `failure_<step>/` dump of a failure ·
-    `lock` names the process that writes the run ·
-    `checkpoints/{last,best}.safetensors`, and `checkpoints/step_<n>.safetensors` at each validation: weights · `test.json` the test
-    that ends the training · `evaluation.json` what asddpg.evaluate found last · `diagnosis/` what tools.diagnose found.
+    `config.yaml` resolved configuration and provenance · `metrics.csv` a row an episode · `validation.csv` a row a
+    validation · `steps.f32`, `steps.npz` a row a training step · `timing.csv`, `resources.json` time and memory ·
+    `tensorboard/` · `checkpoints/{last,best}.safetensors`, and `checkpoints/step_<n>.safetensors` at each validation:
+    weights · `resume/step_<n>/` training states, from which `resume=` goes on · `failure_<step>/` dump of a failure ·
+    `lock` the process that writes the run · `test.json` the test that ends the training · `evaluation.json` the last
+    evaluation · `episodes/`, `evaluated_episodes/`, `played_episodes/` recordings · `diagnosis/` of tools.diagnose.
     """
 
     path: Path

@@ -66,15 +66,15 @@ def test_with_environments_in_worker_processes(
         tasks.gymnasium_id("nav_gazebo"), num_envs=2, vectorization_mode="async", vector_kwargs={"context": "spawn"}
     )
     environments.reset(seed=0)
-    before, made = Training.keep_if_due, 0
+    before, made = Training._save_state_if_due, 0
 
-    def keep_if_due(self: Training) -> None:
+    def save_state_if_due(self: Training) -> None:
         nonlocal made
         before(self)
         environments.step(environments.action_space.sample())
         made += 1
 
-    monkeypatch.setattr(Training, "keep_if_due", keep_if_due)
+    monkeypatch.setattr(Training, "_save_state_if_due", save_state_if_due)
     try:
         train.main([*WORDS, f"run_dir={tmp_path / 'run'}"])
     finally:

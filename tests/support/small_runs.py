@@ -42,14 +42,14 @@ def interrupt() -> None:
 
 def at_step(patch: pytest.MonkeyPatch, step: int, act: Callable[[], None]) -> None:
     """Act after a training step, before what comes after it."""
-    before = Training.keep_if_due
+    real = Training._save_state_if_due
 
-    def keep_if_due(self: Training) -> None:
-        before(self)
-        if self._episodes.step == step:
+    def save_state_if_due(self: Training) -> None:
+        real(self)
+        if self.step == step:
             act()
 
-    patch.setattr(Training, "keep_if_due", keep_if_due)
+    patch.setattr(Training, "_save_state_if_due", save_state_if_due)
 
 
 def stopped(arguments: list[str], step: int, act: Callable[[], None] = interrupt) -> int:
@@ -78,13 +78,10 @@ def assert_same_run(one: Path, other: Path) -> None:
     names = sorted(str(path.relative_to(one)) for path in one.glob("checkpoints/*.safetensors"))
     assert names == sorted(str(path.relative_to(other)) for path in other.glob("checkpoints/*.safetensors"))
     for name in names:
-        assert_same_tree(torch.load(one / name, weights_only=True), torch.load(other / name, weights_only=True), name)
-    states = [newest_state(run) for run in (one, other)]
-    for name in ("agent", "digest"):  # where an episode ends may be told in two ways: as over, or as to be driven again
-        one_part, other_part = (state["episodes"][name] for state in states)
-        assert_same_tree(one_part, other_part, name)
-    assert states[0]["step"] == states[1]["step"]
-    assert states[0]["best"] == states[1]["best"]
+        assert (one / name).read_bytes() == (other / name).read_bytes(), name
+    first, second = (newest_state(run) for run in (one, other))
+    for name in ("step", "best", "episodes"):
+        assert_same_tree(first[name], second[name], name)
     assert_same_recordings(one / "episodes", other / "episodes")
     assert scalars(one) == scalars(other)
 
@@ -97,8 +94,12 @@ def assert_same_steps(one: Path, other: Path) -> None:
 
 
 def assert_same_recordings(one: Path, other: Path) -> None:
-    names = sorted(path.name for path in one.iterdir())
-    assert names == sorted(path.name for path in other.iterdir())
+    """The same files with the same messages, but for an episode that `other` recorded up to where it was stopped."""
+    cut = {path.name.removesuffix("_cut.mcap") for path in other.glob("*_cut.mcap")}
+    names, others = (
+        sorted(path.name for path in folder.iterdir() if path.name[:14] not in cut) for folder in (one, other)
+    )
+    assert names == others
     for name in names:
         assert said_in(one / name) == said_in(other / name), name
 

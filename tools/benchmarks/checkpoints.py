@@ -6,10 +6,10 @@ import time
 from pathlib import Path
 
 import numpy as np
-from asddpg.runs.resumable import ResumableEpisodes
 
-from asddpg.build import make_agent, make_environment, prepare_torch
+from asddpg.build import make_agent, make_environment, navigation_env, prepare_torch
 from asddpg.command_line import train_config
+from asddpg.episodes.training_episodes import TrainingEpisodes
 from asddpg.observers.step_log import COLUMNS
 from asddpg.runs import append_only_logs
 from asddpg.runs.run_folder import RunFolder
@@ -24,7 +24,7 @@ def checkpoint() -> None:
     config = train_config(["task=nav_complex"])
     environment = make_environment(config.task, config.reward)
     agent = make_agent(config, environment)
-    episodes = ResumableEpisodes(environment, agent, config.seed, print)
+    episodes = TrainingEpisodes(environment, navigation_env(environment), agent, config.seed)
     _fill(episodes, config.agent.buffer_size)
     steps, writes, walls = [], [], []
     with tempfile.TemporaryDirectory() as path:
@@ -47,7 +47,7 @@ def checkpoint() -> None:
     print(f"share {share:.2%} (bar: at most 2 %; rounds {_shares(writes, steps, config.checkpoint_every)})")
 
 
-def _fill(episodes: ResumableEpisodes, count: int) -> None:
+def _fill(episodes: TrainingEpisodes, count: int) -> None:
     """Give the agent a full replay buffer, of numbers like those of scans."""
     state = episodes.state()
     width = state["agent"]["replay"]["rows"].shape[1]
@@ -56,11 +56,11 @@ def _fill(episodes: ResumableEpisodes, count: int) -> None:
     episodes.load_state(state)
 
 
-def _drive(episodes: ResumableEpisodes, steps: int) -> float:
+def _drive(episodes: TrainingEpisodes, steps: int) -> float:
     """CPU seconds a training step."""
-    begun, done = time.process_time(), episodes.steps
-    while episodes.steps - done < steps:
-        episodes.drive_episode([], max_steps=steps - (episodes.steps - done))
+    begun, end = time.process_time(), episodes.step + steps
+    while episodes.step < end:
+        episodes.drive_step(total_steps=10**9)
     return (time.process_time() - begun) / steps
 
 

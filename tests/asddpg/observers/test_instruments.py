@@ -58,13 +58,6 @@ def test_a_snapshot_acts_as_the_networks_did(tiny_run: Path) -> None:
     assert not np.array_equal(snapshot.act(observations[0]), last.act(observations[0]))
 
 
-def test_a_snapshot_holds_the_online_weights_alone(tiny_run: Path) -> None:
-    path = RunFolder(tiny_run).snapshots()[0]
-    content = torch.load(path, weights_only=True)
-    assert set(content) == {"format", "step", "networks"}
-    assert not list(tiny_run.rglob("*.part"))
-
-
 def test_snapshots_can_be_left_out(tmp_path: Path) -> None:
     arguments = [*TINY, "total_steps=120", "validation.every=50", "validation.snapshots=false"]
     train.main(["task=nav_empty", *arguments, f"run_dir={tmp_path / 'run'}"])

@@ -42,8 +42,8 @@ def assert_checkpoints_whole(run: Path, at_least: int = 0) -> None:
 
 WRITTEN = (
     "metrics.csv", "timing.csv", "validation.csv", "steps.f32", "steps.npz.part", "config.yaml.part",
-    "tensorboard/events.out.tfevents.0000000000", "checkpoints/last.safetensors.part", "checkpoints/best.safetensors.part",
-    "test.json.part", "resources.json.part",
+    "tensorboard/events.out.tfevents.0000000000", "checkpoints/last.safetensors.part",
+    "checkpoints/best.safetensors.part", "test.json.part", "resources.json.part",
 )  # fmt: skip
 
 
@@ -64,7 +64,10 @@ def test_no_room_for_a_file(
     del caught
     gc.collect()
     if name != "config.yaml.part":
-        assert f"can go on from its last checkpoint: {python()} -m asddpg.train resume={run}" in capsys.readouterr().err
+        assert (
+            f"can resume from its last training state: {python()} -m asddpg.train resume={run}"
+            in capsys.readouterr().err
+        )
     assert_checkpoints_whole(run)
     path.unlink(missing_ok=True)
     train.main([f"resume={run}"])
@@ -147,7 +150,7 @@ def test_a_disk_that_fills_up(room: str, unbroken: Path, mount: Mount) -> None:
     assert status == 2
     *recordings, hint, error = [line.strip() for line in said.splitlines() if line.strip()]
     assert all("is not recorded" in line for line in recordings)  # which stops nobody
-    assert hint == f"the training can go on from its last checkpoint: {python()} -m asddpg.train resume={run}"
+    assert hint == f"the training can resume from its last training state: {python()} -m asddpg.train resume={run}"
     assert re.fullmatch(rf"error: {run}\S* cannot be read or written: No space left on device", error)
     assert_checkpoints_whole(run)
     mount("-o", "remount,size=100m")

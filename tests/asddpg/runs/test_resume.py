@@ -11,7 +11,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-import torch
 import yaml
 
 from asddpg import train, training
@@ -19,7 +18,6 @@ from asddpg.episodes.evaluation import EvaluationResult, evaluate
 from asddpg.errors import UserError
 from asddpg.observers.metrics_log import read_rows
 from asddpg.runs import weights_file
-from tasks.navigation import NavigationConfig
 from tests.support.small_runs import (
     DRAWING,
     QUICK,
@@ -100,15 +98,6 @@ def test_stopped_again_and_again_it_comes_out_the_same(unbroken: Unbroken, kind:
     assert_same_run(unbroken(kind), run)
 
 
-def test_stopped_while_an_episode_is_driven_again(unbroken: Unbroken, tmp_path: Path) -> None:
-    run, end = tmp_path / "run", ends_of_episodes(unbroken("default"))[0]
-    stopped([*QUICK, f"run_dir={run}"], end + 5)
-    stopped([f"resume={run}"], end + 2)  # which lies before the checkpoint: the agent is ahead of it
-    assert [path.name for path in (run / "resume").iterdir()] == [f"step_{end + 5:08d}"]
-    train.main([f"resume={run}"])
-    assert_same_run(unbroken("default"), run)
-
-
 def test_stopped_during_a_validation(unbroken: Unbroken, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def stopping(*arguments: Any) -> EvaluationResult:
         interrupt()
@@ -145,10 +134,10 @@ def test_killed_between_the_last_checkpoint_and_the_last_weights(
 ) -> None:
     real = weights_file.save
 
-    def save(path: Path, agent: Any, step: int) -> None:
+    def save(path: Path, networks: Any, step: int) -> None:
         if step == 240:
             raise Died
-        real(path, agent, step)
+        real(path, networks, step)
 
     run = tmp_path / "run"
     monkeypatch.setattr(weights_file, "save", save)
@@ -157,7 +146,7 @@ def test_killed_between_the_last_checkpoint_and_the_last_weights(
     monkeypatch.undo()
     train.main([f"resume={run}"])
     for name in ("last", "best"):
-        assert torch.load(run / f"checkpoints/{name}.safetensors", weights_only=True)["step"] == 240
+        assert weights_file.read(run / f"checkpoints/{name}.safetensors")[1] == 240
 
 
 def test_a_clock_that_was_set_back_changes_nothing(
@@ -210,7 +199,9 @@ def test_total_steps_may_be_raised(is_over: bool, tmp_path: Path) -> None:
     assert config["total_steps"] == 300
     assert config["provenance"]["prolonged"] == f"from 230 to 300 at step {230 if is_over else 125}"
     validated = [int(row["step"]) for row in read_rows(run / "validation.csv")]
-    assert sorted(path.name for path in run.glob("checkpoints/step_*")) == [f"step_{step:08d}" for step in validated]
+    assert sorted(path.name for path in run.glob("checkpoints/step_*")) == [
+        f"step_{step:08d}.safetensors" for step in validated
+    ]
     assert step_of_best(run) in validated
     assert (run / "test.json").exists()
     for metrics in scalars(run).values():
@@ -218,7 +209,7 @@ def test_total_steps_may_be_raised(is_over: bool, tmp_path: Path) -> None:
 
 
 def step_of_best(run: Path) -> int:
-    return int(torch.load(run / "checkpoints/best.safetensors", weights_only=True)["step"])
+    return weights_file.read(run / "checkpoints/best.safetensors")[1]
 
 
 def test_the_best_weights_are_of_this_past_and_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -265,17 +256,6 @@ def test_a_run_that_goes_on_in_another_scene_says_so_for_ever(
     assert provenance["model_hash"] == "0ld5cene"
     assert provenance["resumed"].startswith("at step")
     assert "resumed" in json.loads((run / "test.json").read_text())
-
-
-def test_an_episode_that_comes_out_otherwise_is_told(
-    halfway: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """It is over before all its steps are made again, as with another processor it might be."""
-    run = tmp_path / "run"
-    shutil.copytree(halfway, run)
-    monkeypatch.setattr(NavigationConfig, "__post_init__", lambda self: setattr(self, "time_limit_steps", 1))
-    train.main([f"resume={run}"])
-    assert "did not come out the same" in "".join(capsys.readouterr())
 
 
 def test_a_folder_that_is_moved_while_it_is_written_ends_the_training(tmp_path: Path) -> None:
@@ -355,7 +335,7 @@ def test_without_its_checkpoints_a_run_is_not_begun_anew(is_over: bool, tmp_path
         stopped([*QUICK, f"run_dir={run}"], 130)
     (run / "resume").rename(tmp_path / "resume")
     logged = (run / "metrics.csv").read_bytes()
-    with pytest.raises(UserError, match="no checkpoint in .* to go on from; nothing has been changed"):
+    with pytest.raises(UserError, match="no training state in .* to resume from; nothing has been changed"):
         train.main([f"resume={run}", "total_steps=300"])
     assert (run / "metrics.csv").read_bytes() == logged
 

@@ -109,8 +109,8 @@ def test_the_one_before_is_used_and_the_result_is_the_same(
     flip(run / "resume/step_00000135/arrays.npz")
     train.main([f"resume={run}"])
     said = capsys.readouterr().out
-    assert "note: the checkpoint run/resume/step_00000135 is damaged: arrays.npz does not have the checksum" in said
-    assert "going on with run at step 100 of 240" in said
+    assert "note: the training state run/resume/step_00000135 is damaged: arrays.npz does not have the checksum" in said
+    assert "resuming run at step 100 of 240" in said
     assert_same_run(unbroken, run)
 
 

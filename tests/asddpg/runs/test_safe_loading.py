@@ -4,7 +4,6 @@ import os
 import pickle
 import shutil
 import sys
-import zipfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -18,7 +17,6 @@ from safetensors.torch import save_file
 
 from asddpg import evaluate, play
 from asddpg.errors import UserError
-from asddpg.runs import weights_file
 from asddpg.runs.run_folder import RunFolder, read_training
 from asddpg.runs.safe_loading import LARGEST_CONFIG
 from asddpg.runs.weights_file import read as read_policy
@@ -84,12 +82,12 @@ Main = Callable[[list[str]], None]
 @programs
 def test_a_pickle_in_the_weights_place_is_not_run(run: RunFolder, main: Main, arguments: list[str]) -> None:
     for path in (run.checkpoint("last"), *run.snapshots()):
-        torch.save({"format": weights_file.FORMAT, "agent": Evil()}, path)
-    with pytest.raises(UserError, match="damaged or not a checkpoint written by asddpg.train"):
+        torch.save({"networks": Evil()}, path)
+    with pytest.raises(UserError, match="damaged or not a file of weights"):
         main(arguments)
     for path in (run.checkpoint("last"), *run.snapshots()):
         path.write_bytes(pickle.dumps(Evil()))
-    with pytest.raises(UserError, match="damaged or not a checkpoint written by asddpg.train"):
+    with pytest.raises(UserError, match="damaged or not a file of weights"):
         main(arguments)
     assert not harm_done()
 
@@ -171,7 +169,7 @@ def test_links_that_lead_out_of_a_run_are_not_followed(
 
 def test_a_run_may_be_a_link_and_have_links_within(run: RunFolder) -> None:
     run.checkpoint("best").unlink()
-    run.checkpoint("best").symlink_to("../last.safetensors")
+    run.checkpoint("best").symlink_to("last.safetensors")
     Path("mine").symlink_to("run")
     evaluate.main(["run=mine", "episodes=1", "checkpoint=best"])
     assert (run.path / "evaluation.json").exists()
@@ -216,7 +214,7 @@ def test_a_configuration_without_end_is_refused(run: RunFolder) -> None:
     ("section", "name", "value", "sentence"),
     [
         ("network", "widths", [60_000, 60_000, 60_000], "fewer than the network has"),
-        ("network", "widths", [3000, 3000], "does not fit the network"),
+        ("network", "widths", [3000, 3000], "of another shape"),
         ("agent", "buffer_size", 10**400, "agent.buffer_size"),
         ("task", "time_limit_steps", 10**400, "task.time_limit_steps"),
         ("agent", "gamma", 10**400, "not a configuration of this version"),
@@ -230,17 +228,6 @@ def test_numbers_beyond_all_measure_are_a_sentence(
     changed(run, lambda values: values[section].update({name: value}))
     with pytest.raises(UserError, match=sentence):
         main(arguments)
-
-
-def test_weights_that_unpack_to_more_than_their_file_are_not_unpacked(run: RunFolder) -> None:
-    path = run.checkpoint("last")
-    packed = path.with_name("packed")
-    with zipfile.ZipFile(path) as old, zipfile.ZipFile(packed, "w", zipfile.ZIP_DEFLATED) as new:
-        for entry in old.infolist():
-            new.writestr(entry.filename, b"\0" * 50 * ROOM if "/data/" in entry.filename else old.read(entry))
-    packed.replace(path)
-    with pytest.raises(UserError, match="damaged or not a checkpoint"):
-        evaluate.main(["run=run", "episodes=1"])
 
 
 def test_a_step_log_that_unpacks_without_end_is_not_unpacked(run: RunFolder, monkeypatch: pytest.MonkeyPatch) -> None:

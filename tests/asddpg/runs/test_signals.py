@@ -51,7 +51,7 @@ def test_a_signal_keeps_everything(number: signal.Signals, status: int, unbroken
     assert not list(run.rglob("*.part"))
     step = newest_state(run)["step"]
     assert 0 < step < 240
-    assert said.splitlines()[-1] == f"stopped after step {step}; to go on: {python()} -m asddpg.train resume={run}"
+    assert said.splitlines()[-1] == f"stopped after step {step}; to resume: {python()} -m asddpg.train resume={run}"
     train.main([f"resume={run}"])
     assert_same_run(unbroken, run)
 
@@ -69,7 +69,9 @@ def test_a_second_signal_stops_at_once(
         with pytest.raises(KeyboardInterrupt):
             train.main([*QUICK, f"run_dir={run}"])
     assert newest_state(run)["step"] == 100
-    assert f"can go on from its last checkpoint: {python()} -m asddpg.train resume={run}" in capsys.readouterr().err
+    assert (
+        f"can resume from its last training state: {python()} -m asddpg.train resume={run}" in capsys.readouterr().err
+    )
     train.main([f"resume={run}"])
     assert_same_run(unbroken, run)
 

@@ -1,20 +1,18 @@
 """What is kept for a resume comes back as it was, whatever it is."""
 
 import tempfile
-from collections import deque
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 import torch
-from asddpg.runs.history import History, Redriven, remembered
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as of_numpy
 
 from asddpg.algorithm.replay import BalancedReplay, ReplayBuffer, Transition
-from asddpg.episodes.protocols import Decision, Driver, Step
+from asddpg.episodes.protocols import Driver
 from asddpg.runs import state_files
 from asddpg.runs.state_files import DamagedStateError
 from tests.support.small_runs import assert_same_tree
@@ -174,68 +172,6 @@ def test_a_ring_of_another_size_is_refused_where_its_order_would_be_lost(kept: i
 # The episode in progress ------------------------------------------------------------------------------------------
 
 NUMBERS = of_numpy.arrays(np.float32, 2, elements=st.floats(-1, 1, width=32, allow_subnormal=False))
-DECISIONS = st.builds(
-    Decision,
-    action=NUMBERS,
-    driver=st.sampled_from(Driver),
-    actor_action=st.none() | NUMBERS,
-    controller_action=st.none() | NUMBERS,
-    noise=st.none() | NUMBERS,
-    q_policy=st.none() | FLOATS,
-    q_controller=st.none() | FLOATS,
-    value=st.none() | FLOATS,
-)
-LEARNED = st.dictionaries(
-    st.sampled_from(["critic_loss", "td_error_policy"]), st.floats(width=32, allow_subnormal=False)
-)
-
-
-class Learner:
-    """An agent that counts what it is asked for."""
-
-    def __init__(self) -> None:
-        self.asked: list[str] = []
-
-    def begin_episode(self) -> None:
-        self.asked.append("begin")
-
-    def decide(self, _: Any) -> Decision:
-        self.asked.append("decide")
-        return Decision(np.zeros(2, np.float32), Driver.POLICY)
-
-    def learn(self, _: Any) -> dict[str, float]:
-        self.asked.append("learn")
-        return {}
-
-
-@quick
-@given(st.lists(st.tuples(DECISIONS, LEARNED), max_size=6))
-def test_an_episode_is_driven_again_as_it_was(steps: list[tuple[Decision, dict[str, float]]]) -> None:
-    history, observation = History(), np.zeros(3, np.float32)
-    history.begin_episode(observation, {})
-    for decision, learned in steps:
-        tensors = {name: torch.tensor(value) for name, value in learned.items()}
-        history.step(Step(observation, decision, 0.0, observation, False, False, {}), tensors)
-    kept = remembered(round_trip({"history": history.state()})["history"])
-    assert len(history) == len(kept) == len(steps)
-
-    caught_up: deque[str] = deque()
-    agent = Learner()
-    again = Redriven(agent, kept, lambda: caught_up.append("caught up"))
-    again.begin_episode()
-    for decision, learned in steps:
-        made = again.decide(observation)
-        for name in Decision.__slots__:
-            assert_same_tree(getattr(decision, name), getattr(made, name), name)
-        assert not caught_up
-        assert_same_tree(
-            learned, dict(again.learn(Step(observation, made, 0.0, observation, False, False, {}))), "learned"
-        )
-    assert list(caught_up) == (["caught up"] if steps else [])
-    assert agent.asked == ([] if steps else ["begin"])
-    made = again.decide(observation)
-    again.learn(Step(observation, made, 0.0, observation, False, False, {}))
-    assert agent.asked[-2:] == ["decide", "learn"]
 
 
 def test_files_that_unpack_to_more_than_they_are_are_refused(tmp_path: Path) -> None:
