@@ -14,6 +14,7 @@ import yaml
 from asddpg import evaluate, train
 from asddpg.episodes.protocols import Action, Observation
 from asddpg.errors import UserError
+from asddpg.runs import weights_file
 from tasks import ALL_TASKS
 from tasks.errors import TaskError
 

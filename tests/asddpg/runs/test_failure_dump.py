@@ -70,6 +70,7 @@ def break_at(patch: pytest.MonkeyPatch, step: int, fault: Callable[[Faulty, Any]
 
     def drive_step(self: TrainingEpisodes, total_steps: int) -> None:
         if not isinstance(self._environment, Faulty):
+            assert isinstance(self._environment, gymnasium.Env)
             self._environment = Faulty(self._environment, self.step, step, fault)
         real(self, total_steps)
 
@@ -144,7 +145,7 @@ def test_a_log_holds_no_step_that_is_none(tmp_path: Path, monkeypatch: pytest.Mo
 def test_too_many_contacts(
     memory: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """With little room MuJoCo warns, with some more it gives up: both are a breakdown."""
+    """With little room MuJoCo warns, with some more it gives up: both are failures."""
     monkeypatch.chdir(tmp_path)
     limit_memory(monkeypatch, memory)
     break_at(monkeypatch, 60, everything_in_one_place)

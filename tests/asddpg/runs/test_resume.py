@@ -99,9 +99,9 @@ def test_stopped_again_and_again_it_comes_out_the_same(unbroken: Unbroken, kind:
 
 
 def test_stopped_during_a_validation(unbroken: Unbroken, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    def stopping(*arguments: Any) -> EvaluationResult:
+    def stopping(*arguments: Any, **options: Any) -> EvaluationResult:
         interrupt()
-        return evaluate(*arguments)
+        return evaluate(*arguments, **options)
 
     run = tmp_path / "run"
     monkeypatch.setattr(training, "evaluate", stopping)
@@ -217,8 +217,8 @@ def test_the_best_weights_are_of_this_past_and_no_other(tmp_path: Path, monkeypa
     run = tmp_path / "run"
     rates = [0.5, 1.0]
 
-    def rated(*arguments: Any) -> EvaluationResult:
-        metrics = evaluate(*arguments)
+    def rated(*arguments: Any, **options: Any) -> EvaluationResult:
+        metrics = evaluate(*arguments, **options)
         return replace(metrics, success_rate=metrics.success_rate._replace(value=rates.pop(0) if rates else 0.0))
 
     monkeypatch.setattr(training, "evaluate", rated)
