@@ -1,4 +1,4 @@
-"""Files that are whole or, if there was one before, the one before; and what is done where one cannot be written."""
+"""Atomic writes: a file is either complete or unchanged."""
 
 import os
 from collections.abc import Iterator
@@ -8,7 +8,7 @@ from typing import IO, Any
 
 
 def write_whole(path: Path, content: bytes | memoryview) -> None:
-    """Write a file, brought to the disk before it takes its name.
+    """Write a file and flush it to the disk before it takes its name.
 
     Raises:
         OSError: it could not be written; what was there before is as it was.
@@ -21,16 +21,16 @@ def write_whole(path: Path, content: bytes | memoryview) -> None:
             os.fsync(file.fileno())
         part.replace(path)
     except OSError:
-        part.unlink(missing_ok=True)  # it holds room that others need
+        part.unlink(missing_ok=True)  # it takes disk space that others need
         raise
 
 
 @contextmanager
 def closed_on_error(file: IO[Any]) -> Iterator[None]:
-    """Close a file whose first lines cannot be written: left to Python, that would be told on stderr once more."""
+    """Close a file whose first lines cannot be written: Python would report that on stderr a second time."""
     try:
         yield
     except OSError:
-        with suppress(OSError):  # what could not be written is tried again
+        with suppress(OSError):  # closing tries to write the rest again
             file.close()
         raise

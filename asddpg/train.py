@@ -88,9 +88,7 @@ def resume(path: str, arguments: Sequence[str]) -> None:
     config = resumed_config(arguments, stored)
     check_device(config.device)
     if folder.resources.exists() and config.total_steps == stored.total_steps:
-        raise UserError(
-            f"the training in {path} has come to its end; total_steps= above {stored.total_steps} prolongs it"
-        )
+        raise UserError(f"the training in {path} is complete; total_steps= above {stored.total_steps} prolongs it")
     with RunLock(folder.path) as lock:
         states = TrainingStates(folder.training_states)
         state, damaged = states.newest(lambda each: check_files(folder.path, each["files"]))
@@ -126,7 +124,7 @@ def _make(config: TrainConfig) -> Parts:
 
 
 def _run(training: Training, parts: Parts, folder: RunFolder, provenance: dict[str, str]) -> None:
-    """Train, test, and say how to go on where it is stopped."""
+    """Train and test; print how to resume where it is stopped."""
     again = f"{python()} -m asddpg.train {RESUME}{shlex.quote(str(folder.path))}{controller_argument(parts.config)}"
     try:
         with ExitStack() as closing:
@@ -146,11 +144,11 @@ def _run(training: Training, parts: Parts, folder: RunFolder, provenance: dict[s
 
 
 def _check_not_begun(folder: RunFolder, config: TrainConfig) -> None:
-    """Without a training state a run begins anew, but only where there never was one: what it holds would be lost."""
+    """Refuse to restart a run that has lost its training states: what it holds would be lost."""
     step = _last_step(folder)
     if folder.resources.exists() or 0 < config.checkpoint_every <= step:
         raise UserError(
-            f"the run {folder.path} has come to step {step}, and there is no training state in "
+            f"the run {folder.path} has reached step {step}, and there is no training state in "
             f"{folder.training_states} to resume from; nothing has been changed"
         )
 
@@ -175,7 +173,7 @@ def _finish(parts: Parts, folder: RunFolder, provenance: dict[str, str], seconds
     write_json(folder.resources, {"training_seconds": round(seconds, 1), "peak_memory_mb": round(peak, 1)})
     print(f"{config.total_steps / seconds:.0f} steps/s, peak memory {peak:.0f} MB")
     arguments = f"run={shlex.quote(str(folder.path))}{controller_argument(config)}"
-    print(f"the run lies in {folder.path}; evaluate it: {python()} -m asddpg.evaluate {arguments}")
+    print(f"the run is in {folder.path}; evaluate it: {python()} -m asddpg.evaluate {arguments}")
 
 
 def test(

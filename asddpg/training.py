@@ -117,7 +117,7 @@ class Training:
                 argument = controller_argument(self._config)
                 raise failure_dump.dump(self._folder, self._states, failure, argument) from error
             self._signals.raise_if_received()
-        # Again: the process that wrote the last training state may have been killed before it came to the weights.
+        # Again: the process that wrote the last training state may have been killed before it wrote the weights.
         for name in ("last",) if self._best else ("last", "best"):
             self._save_weights(name)
 

@@ -56,6 +56,6 @@ def test_an_installed_wheel_trains_in_an_empty_folder(wheel: Path, tmp_path: Pat
     assert listed.split() == names()
     arguments = ["task=nav_complex", "total_steps=300", "agent.learning_starts=100", "test_episodes=2", "run_dir=here"]
     printed = run([python, "-m", "asddpg.train", *arguments], folder)
-    assert "the run lies in here" in printed
+    assert "the run is in here" in printed
     assert (folder / "here/test.json").is_file()
     assert [path.name for path in folder.iterdir()] == ["here"]

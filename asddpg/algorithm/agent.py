@@ -75,7 +75,7 @@ class AsDDPG:
     # Driving ------------------------------------------------------------------------------------------------------
 
     def begin_episode(self) -> None:
-        """Exploration noise starts anew, and who may drive is drawn."""
+        """Reset the exploration noise, and draw whether the controller may drive."""
         self._noise.reset()
         self._withdrawal.begin_episode()
         self._returns.begin_episode()
@@ -191,7 +191,7 @@ class AsDDPG:
     # Keeping ------------------------------------------------------------------------------------------------------
 
     def state(self) -> dict[str, Any]:
-        """All that the steps to come depend on: an agent that takes it up goes on as this one, to the last bit."""
+        """All that the next steps depend on: an agent that restores it continues as this one, to the last bit."""
         return {
             "weights": {name: flat.vector.cpu() for name, flat in self._vectors().items()},
             "optimizers": {name: _moments_of(optimizer) for name, optimizer in self._optimizers().items()},
@@ -206,7 +206,7 @@ class AsDDPG:
         }
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        """Take up what state() gave.
+        """Restore what state() returned.
 
         Raises:
             KeyError, RuntimeError, ValueError: it is of another network, or of a replay buffer of another size.

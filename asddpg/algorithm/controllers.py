@@ -1,4 +1,4 @@
-"""Controllers that assist, and how a user brings another."""
+"""Controllers that assist, and how to add one."""
 
 import importlib
 from collections.abc import Sequence
@@ -27,7 +27,7 @@ class ProportionalController:
         self._low, self._high = low, high
 
     def act(self, observation: Observation) -> Action:
-        """Head for the goal, whatever stands between."""
+        """Drive towards the goal, through obstacles too."""
         command: Action = self._gains * observation[-2:]
         return np.minimum(np.maximum(command, self._low), self._high)
 
@@ -58,7 +58,7 @@ def make_controller(kind: str, gains: Sequence[float], low: Action, high: Action
         controller: Controller = factory(gains=gains, low=low, high=high)
     except TypeError as error:
         wanted = "package.module:Factory with Factory(gains=…, low=…, high=…)"
-        raise UserError(f"the controller {kind!r} cannot be made: {error}; it is named as {wanted}") from error
+        raise UserError(f"the controller {kind!r} cannot be made: {error}; the option is {wanted}") from error
     if not callable(getattr(controller, "act", None)):
         raise UserError(f"the controller {kind!r} has no method act(observation)")
     return controller

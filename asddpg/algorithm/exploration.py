@@ -29,7 +29,7 @@ class OrnsteinUhlenbeckNoise:
             half_range: (action_size,) half the range of each action, physical units.
             theta: share of the noise that is lost at each step.
             sigma: standard deviation of what is added at each step.
-            decay_steps: steps of training after which the scale has come down to `final_scale`.
+            decay_steps: steps of training after which the scale is `final_scale`.
             final_scale: scale from then on, 0 to 1.
             rng: source of randomness.
         """
@@ -41,7 +41,7 @@ class OrnsteinUhlenbeckNoise:
         self._steps = 0
 
     def reset(self) -> None:
-        """Begin an episode without noise; the fading goes on."""
+        """Reset the noise to zero; its scale keeps decaying."""
         self._state[:] = 0.0
 
     def advance(self) -> None:
@@ -65,7 +65,7 @@ class OrnsteinUhlenbeckNoise:
         return {"value": self._state.copy(), "steps": self._steps, "rng": self._rng.bit_generator.state}
 
     def load_state(self, state: dict[str, Any]) -> None:
-        """Take up what state() gave."""
+        """Restore what state() returned."""
         self._state[:] = state["value"]
         self._steps = state["steps"]
         self._rng.bit_generator.state = state["rng"]

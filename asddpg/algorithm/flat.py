@@ -35,7 +35,7 @@ class FlatParameters:
         self.vector.lerp_(online.vector, tau)
 
     def load(self, vector: Tensor) -> None:
-        """Take over values.
+        """Copy values in.
 
         Raises:
             ValueError: there are more or fewer than here.

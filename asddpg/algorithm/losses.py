@@ -90,7 +90,7 @@ def _actor_value(x: Tensor, features: Tensor, target: Networks, noise: Tensor | 
 
 
 class CriticLoss(NamedTuple):
-    """Eq. 4's L, its two parts, and what it measured: |y^A − Q^A| by who drove, [2], columns POLICY, CONTROLLER."""
+    """Eq. 4's L, its two parts, and |y^A − Q^A| by driver, [2], columns POLICY, CONTROLLER."""
 
     total: Tensor
     critic: Tensor
@@ -117,7 +117,7 @@ def critic_dqn_loss(batch: Batch, features: Tensor, online: Networks, targets: T
 
 
 def mean_by_driver(values: Tensor, by_policy: Tensor) -> Tensor:
-    """Means of values, [B], over samples of POLICY and of CONTROLLER: [2], nan where there are none."""
+    """Means of values, [B], over samples of POLICY and of CONTROLLER: [2], NaN for a driver without samples."""
     origin = torch.stack([by_policy, 1.0 - by_policy])
     return origin @ values / origin.sum(dim=1)
 
@@ -127,7 +127,7 @@ def policy_loss(batch: Batch, features: Tensor, online: Networks, imitation: flo
 
     V does not depend on the action, so ∇_a A = ∇_a Q^A and V need not be computed; tests compare the two gradients.
 
-    With `imitation` the policy also comes closer to the controller, by the squared distance in units of half an
+    With `imitation` the policy also imitates the controller, by the squared distance in units of half an
     action's range, on those samples where Q^A rates the controller's action above its own: "the policy network can
     improve itself either by imitating the external controller or by examining its own policy" (caption of Fig. 1).
 

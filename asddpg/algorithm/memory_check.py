@@ -1,4 +1,4 @@
-"""Whether an agent fits the machine and its weights' file, told before memory is taken: too much of it kills."""
+"""Checks before allocation that an agent fits into memory and matches the size of its weights' file."""
 
 import os
 from pathlib import Path
@@ -9,9 +9,9 @@ from asddpg.config import LearningConfig
 from asddpg.errors import UserError
 
 _BYTES = 4  # of a float32
-# Networks and targets, each flat and once more while it is made so; their gradients and Adam's two moments.
+# Networks and targets, each flat, and once more while it is flattened; their gradients and Adam's two moments.
 _COPIES = 8
-_HARMLESS = 2**26  # bytes; of a smaller network loading itself tells what is wrong
+_HARMLESS = 2**26  # bytes; a smaller network is loaded, and loading reports what is wrong
 
 
 def check_memory(shape: NetworkShape, learning: LearningConfig) -> None:
@@ -30,7 +30,7 @@ def _check(numbers: int, what: str, cure: str) -> None:
 
 
 def check_file(path: Path, shape: NetworkShape) -> None:
-    """UserError where a file of weights is too short for a large network, which a stranger may have described."""
+    """UserError where a file of weights is too short for a large network that an untrusted config describes."""
     needed = _BYTES * branch_size(shape)
     if needed > _HARMLESS and path.is_file() and path.stat().st_size < needed:
         raise UserError(f"the weights in {path} are fewer than the network has that its run's config.yaml names")

@@ -10,7 +10,7 @@ class NStepReturns:
     """Joins each transition with those that follow it: rewards summed with discount, x' from n steps on.
 
     At an end, or where an episode is broken off, what is left is shorter. The actions between are those that were
-    driven, whoever drove: nothing corrects for it (Hessel et al., 2018, do the same).
+    driven, by either driver: nothing corrects for it (Hessel et al., 2018, do the same).
     """
 
     def __init__(self, n: int, gamma: float) -> None:
@@ -23,7 +23,7 @@ class NStepReturns:
         self._open.clear()
 
     def add(self, transition: Transition, is_last: bool) -> list[Transition]:
-        """Take in a step; returns the transitions that it completes.
+        """Add a step; returns the transitions that it completes.
 
         Args:
             transition: of one step.
@@ -37,11 +37,11 @@ class NStepReturns:
         return finished
 
     def state(self) -> list[dict[str, Any]]:
-        """The steps that wait for those to come."""
+        """The steps whose return is not complete yet."""
         return [transition._asdict() for transition in self._open]
 
     def load_state(self, state: list[dict[str, Any]]) -> None:
-        """Take up what state() gave."""
+        """Restore what state() returned."""
         self._open = deque(Transition(**each) for each in state)
 
     def _joined(self) -> Transition:

@@ -143,7 +143,7 @@ class Networks(nn.Module):
     """Everything that has a target: policy, critic branch and, where there is a controller, switch branch.
 
     Policy and Critic-DQN have convolutions of their own, the branches of the Critic-DQN share theirs: the paper draws
-    one feature extraction before all three and does not say whose gradient trains it. With `shared_convolutions` there
+    one feature extraction before all three and does not say which gradient trains it. With `shared_convolutions` there
     is one, and Eq. 4 trains it.
     """
 
@@ -177,14 +177,14 @@ class Networks(nn.Module):
 
 
 def branch_size(shape: NetworkShape) -> int:
-    """How many weights the hidden layers of one branch have, told without taking memory for them."""
+    """Number of weights in the hidden layers of one branch, computed without allocating them."""
     with torch.random.fork_rng(devices=[]):
         features = Features(shape.observation_size, shape.scan_shape).size
     return sum(fan_in * fan_out for fan_in, fan_out in pairwise([features, *shape.widths]))
 
 
 def mlp(sizes: Sequence[int], layer_norm: bool = False) -> nn.Sequential:
-    """Fully connected layers, each followed by ReLU, with a normalisation between if asked for."""
+    """Fully connected layers, each followed by ReLU, with an optional normalisation between."""
     layers: list[nn.Module] = []
     for fan_in, fan_out in pairwise(sizes):
         layers += [Linear(fan_in, fan_out), *([nn.LayerNorm(fan_out)] if layer_norm else []), nn.ReLU()]

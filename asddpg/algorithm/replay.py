@@ -28,7 +28,7 @@ class Replay(Protocol):
 
     @property
     def layout(self) -> "TransitionLayout":
-        """Where each part of a transition stands in a row."""
+        """Columns of each part of a transition in a packed row."""
 
     def __len__(self) -> int:
         """How many transitions are kept."""
@@ -43,14 +43,14 @@ class Replay(Protocol):
         """Everything that is kept, and the randomness of drawing; arrays are views, to be written at once."""
 
     def load_state(self, state: dict[str, Any]) -> None:
-        """Take up what state() gave."""
+        """Restore what state() returned."""
 
 
 class ReplayBuffer:
     """A ring of transitions, each one packed row: a batch is drawn with a single gather."""
 
     def __init__(self, capacity: int, observation_size: int, action_size: int, rng: np.random.Generator) -> None:
-        """Lay out room for `capacity` transitions; memory is taken as it fills."""
+        """Hold up to `capacity` transitions; memory grows as it fills."""
         self._layout = TransitionLayout(observation_size, action_size)
         self._rows = np.zeros((capacity, self._layout.width), dtype=np.float32)
         self._capacity = capacity
@@ -63,7 +63,7 @@ class ReplayBuffer:
 
     @property
     def layout(self) -> "TransitionLayout":
-        """Where each part of a transition stands in a row."""
+        """Columns of each part of a transition in a packed row."""
         return self._layout
 
     def add(self, transition: Transition) -> None:
@@ -89,7 +89,7 @@ class ReplayBuffer:
         return {"rows": self._rows[: self._size], "next": self._next, "rng": self._rng.bit_generator.state}
 
     def load_state(self, state: dict[str, Any]) -> None:
-        """Take up what state() gave.
+        """Restore what state() returned.
 
         Raises:
             ValueError: it is of a ring of another size.
@@ -108,7 +108,7 @@ class BalancedReplay:
     """Two rings, the policy's steps and the controller's: a batch is half from each."""
 
     def __init__(self, capacity: int, observation_size: int, action_size: int, rng: np.random.Generator) -> None:
-        """Lay out room for `capacity` transitions in each."""
+        """Hold up to `capacity` transitions in each."""
         self._policy, self._controller = (ReplayBuffer(capacity, observation_size, action_size, rng) for _ in range(2))
 
     def __len__(self) -> int:
@@ -116,7 +116,7 @@ class BalancedReplay:
 
     @property
     def layout(self) -> "TransitionLayout":
-        """Where each part of a transition stands in a row."""
+        """Columns of each part of a transition in a packed row."""
         return self._policy.layout
 
     def add(self, transition: Transition) -> None:
@@ -131,11 +131,11 @@ class BalancedReplay:
         return np.concatenate([self._policy.sample(half), self._controller.sample(batch_size - half)])
 
     def state(self) -> dict[str, Any]:
-        """Both rings; the randomness is one, and stands in both."""
+        """Both rings; they share one random stream, which each holds."""
         return {"policy": self._policy.state(), "controller": self._controller.state()}
 
     def load_state(self, state: dict[str, Any]) -> None:
-        """Take up what state() gave."""
+        """Restore what state() returned."""
         self._policy.load_state(state["policy"])
         self._controller.load_state(state["controller"])
 

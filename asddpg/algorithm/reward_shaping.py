@@ -9,7 +9,7 @@ def assisted_reward(reward: float, dense_reward: float, driver: Driver, gamma_p:
     Args:
         reward: of the task.
         dense_reward: the part of it that is not R_reach or R_crash.
-        driver: who drove.
+        driver: of the step.
         gamma_p: 0 to 1; 1 makes the controller's help free.
         price: taken off each of the controller's steps; γ_p never acts under the sparse reward, a price does.
     """

@@ -6,7 +6,7 @@ import numpy as np
 
 
 class Withdrawal:
-    """Decides when the controller may drive at all; where it may, the switch decides as ever.
+    """Decides when the controller may drive at all; where it may, the switch decides.
 
     The share of episodes that the actor drives alone rises linearly from `first_share` to `last_share` between two
     steps of training.
@@ -21,14 +21,14 @@ class Withdrawal:
         stretch_steps: int,
         rng: np.random.Generator,
     ) -> None:
-        """Lay down the schedule.
+        """Set the schedule.
 
         Args:
             begin_step: steps of training up to which the share is `first_share`.
             end_step: steps of training from which it is `last_share`.
             first_share: share of the episodes driven by the actor alone, 0 to 1.
             last_share: the same at the end.
-            stretch_steps: steps after which is drawn anew within an episode; 0 draws for whole episodes.
+            stretch_steps: steps after which it draws again within an episode; 0 draws once an episode.
             rng: source of randomness.
         """
         self._begin, self._end = begin_step, end_step
@@ -48,7 +48,7 @@ class Withdrawal:
         return self._first + passed * (self._last - self._first)
 
     def begin_episode(self) -> None:
-        """Draw who may drive in it."""
+        """Draw whether the controller may drive in it."""
         self.is_alone = bool(self._rng.random() < self.share)
         self._steps_since_draw = 0
 
@@ -60,7 +60,7 @@ class Withdrawal:
             self.begin_episode()
 
     def state(self) -> dict[str, Any]:
-        """Where the schedule stands, who may drive, and its randomness."""
+        """Position in the schedule, whether the controller may drive, and the random stream."""
         return {
             "steps": self._steps,
             "steps_since_draw": self._steps_since_draw,
@@ -69,7 +69,7 @@ class Withdrawal:
         }
 
     def load_state(self, state: dict[str, Any]) -> None:
-        """Take up what state() gave."""
+        """Restore what state() returned."""
         self._steps, self._steps_since_draw = state["steps"], state["steps_since_draw"]
         self.is_alone = state["is_alone"]
         self._rng.bit_generator.state = state["rng"]

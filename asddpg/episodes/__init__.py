@@ -1,1 +1,1 @@
-"""Episodes: the protocols of those who take part, the one loop, who drives, and what an evaluation measures."""
+"""Episodes: protocols of the parts, the one loop, drivers, and evaluation."""

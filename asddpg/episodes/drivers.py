@@ -1,4 +1,4 @@
-"""Who may drive without learning: the actor alone, actor and controller, and the baselines."""
+"""Drivers that do not learn: the actor alone, the switched policy, and the baselines."""
 
 from collections.abc import Callable, Mapping
 from typing import Protocol
@@ -37,7 +37,7 @@ class FixedDriver:
 
 
 def actor_alone(agent: TrainedAgent) -> FixedDriver:
-    """The policy without noise, switch or controller: what one takes away."""
+    """The policy without noise, switch or controller: what a user deploys."""
 
     def decide(observation: Observation) -> Decision:
         action = agent.act(observation)

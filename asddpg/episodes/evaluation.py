@@ -69,13 +69,13 @@ def evaluate(
 
     Args:
         environment: where to drive; its reset takes options start and goal.
-        agent: who drives.
+        agent: the driver.
         pairs: from where to where.
         control_timestep: seconds a step.
         observers: notified of the episodes.
         before_episode: called before each; may raise to stop the evaluation.
     """
-    environment.reset(seed=0)  # of a laser's noise: the same evaluation gives the same figures
+    environment.reset(seed=0)  # of the laser's noise: the same evaluation has the same result
     episodes = []
     for pair in pairs:
         before_episode()

@@ -18,7 +18,7 @@ def run_episode(
 
     Args:
         environment: where to drive.
-        agent: who drives, and learns if it is one that learns.
+        agent: the driver, which may learn.
         observers: notified of the beginning, of each step and of the end.
         options: of the environment's reset, such as start and goal.
         max_steps: after so many steps the episode is cut.

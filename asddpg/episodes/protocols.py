@@ -1,4 +1,4 @@
-"""What the parts hand to each other: decisions, steps, and the protocols of those who make and watch them."""
+"""What the parts exchange: decisions, steps, and the protocols of environment, agent, controller and observer."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ Action = npt.NDArray[np.float32]  # (action_size,), physical units
 
 
 class Driver(StrEnum):
-    """Who chose the executed action."""
+    """The source of the executed action."""
 
     POLICY = "policy"
     CONTROLLER = "controller"
@@ -60,24 +60,24 @@ class Environment(Protocol):
 
 
 class Agent(Protocol):
-    """Whoever drives: a policy, a controller, an agent that learns while it drives."""
+    """A driver: a policy, a controller, an agent that learns while it drives."""
 
     def begin_episode(self) -> None:
-        """Forget what belongs to the last episode alone."""
+        """Reset what belongs to one episode."""
 
     def decide(self, observation: Observation) -> Decision:
         """Choose the next action."""
 
     def learn(self, step: Step) -> Mapping[str, SupportsFloat]:
-        """Take in a step; returns named figures of what was learned, none where nothing was."""
+        """Learn from a step; returns named metrics, none where nothing was learned."""
 
 
 class Controller(Protocol):
     """A controller: any object with this method.
 
     A controller of one's own is named in the configuration as `controller.type=package.module:Factory` and made by
-    `Factory(gains=(…), low=…, high=…)`, low and high being the bounds of the action space. One that remembers what it
-    has seen says so by state(), plain values and arrays, and load_state(state): a resumed training needs them.
+    `Factory(gains=(…), low=…, high=…)`, low and high being the bounds of the action space. One that has a
+    memory also has state(), plain values and arrays, and load_state(state): a resumed training needs them.
     """
 
     def act(self, observation: Observation) -> Action:
@@ -86,17 +86,17 @@ class Controller(Protocol):
 
 @runtime_checkable
 class StatefulController(Controller, Protocol):
-    """A controller that goes by what it has seen before."""
+    """A controller with a memory of earlier observations."""
 
     def state(self) -> Mapping[str, Any]:
-        """What it remembers."""
+        """Its memory: plain values and arrays."""
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        """Remember what state() gave."""
+        """Restore what state() returned."""
 
 
 class Observer(Protocol):
-    """Watches episodes; changes nothing."""
+    """Is notified of episodes; changes nothing."""
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
         """An episode begins."""
@@ -109,7 +109,7 @@ class Observer(Protocol):
 
 
 class Callback:
-    """An observer that sees nothing worth doing: a base for those who watch for one thing."""
+    """An observer whose methods do nothing: a base for those that need one of them."""
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
         """An episode begins."""
@@ -129,7 +129,7 @@ class Episode:
     steps: int
     total_reward: float
     controller_steps: int
-    path_length: float  # metres driven; 0 where the task tells no poses
+    path_length: float  # metres driven; 0 where info holds no pose
 
     @property
     def controller_share(self) -> float:

@@ -1,4 +1,4 @@
-"""Drivers that can be changed, and a goal that can be moved, while an episode goes on."""
+"""Switching drivers and moving the goal within an episode."""
 
 from collections.abc import Mapping, Sequence
 from typing import Protocol
@@ -11,11 +11,11 @@ class GoalSetter(Protocol):
     """The part of NavigationEnv that is used."""
 
     def set_goal(self, x: float, y: float) -> Observation:
-        """Move the goal; gives the present observation, with it."""
+        """Move the goal; returns the present observation with it."""
 
 
 class SteeredDriver:
-    """Drives as one of several drivers; which one, and where to, may change between two steps."""
+    """Drives by one of several drivers; driver and goal may change between two steps."""
 
     def __init__(self, environment: GoalSetter, drivers: Mapping[str, FixedDriver], driver: str) -> None:
         self._environment, self._drivers = environment, drivers

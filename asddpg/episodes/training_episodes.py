@@ -46,7 +46,7 @@ class TrainingEpisodes:
         Args:
             environment: where to drive.
             stateful: the same environment below its wrappers.
-            agent: who drives and learns.
+            agent: the driver, which learns.
             seed: of the run.
         """
         environment.reset(seed=int(stream(seed, "start_goal").integers(2**31)))

@@ -1,1 +1,1 @@
-"""Who watches a run: metrics, progress bar, TensorBoard."""
+"""Observers of a run: metrics, step log, progress bar, TensorBoard."""

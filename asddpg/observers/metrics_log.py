@@ -46,7 +46,7 @@ class RecentEpisodes:
 
 
 class MetricsLog:
-    """Writes metrics.csv, in which nothing depends on the clock, and timing.csv; goes on where they end."""
+    """Writes metrics.csv, in which nothing depends on the clock, and timing.csv; appends to existing ones."""
 
     def __init__(self, metrics: Path, timing: Path, tensorboard: ScalarWriter, seconds: float = 0.0) -> None:
         """Open the files.
@@ -84,11 +84,11 @@ class MetricsLog:
         self._learned = {name: values.tolist() for name, values in state["learned"].items()}
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
-        """Means begin anew."""
+        """Reset the means."""
         self._learned = {}
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
-        """Keep what was learned; to look at a value here would make a GPU wait."""
+        """Keep what was learned; reading a value here would make a GPU wait."""
         self._steps += 1
         for name, value in learned.items():
             self._learned.setdefault(name, []).append(value)

@@ -45,7 +45,7 @@ class ProgressBar(Callback):
         self._bar.write(text)
 
     def close(self) -> None:
-        """Leave the bar as it stands."""
+        """Close the bar and leave it on the screen."""
         self._bar.close()
 
 
@@ -60,5 +60,5 @@ class EpisodeBar(Callback):
         self._bar.update()
 
     def close(self) -> None:
-        """Take the bar away."""
+        """Remove the bar."""
         self._bar.close()

@@ -1,7 +1,7 @@
-"""Figures for TensorBoard, in a file that the thread that trains writes itself.
+"""Scalars for TensorBoard, written by the training's own thread.
 
-Torch's SummaryWriter leaves the writing to a thread of its own, in which a full disk ends in a traceback and nobody is
-told; and it names its files by the clock, which may be set back.
+Torch's SummaryWriter writes in a thread of its own, where a full disk ends in a traceback and goes unnoticed; and
+it names its files by the clock, which may be set back.
 """
 
 import time
@@ -41,7 +41,7 @@ class ScalarEvents:
         self._write(Event(wall_time=time.time(), step=global_step, summary=summary))
 
     def flush(self) -> None:
-        """Bring everything into the file.
+        """Flush to the file.
 
         Raises:
             OSError: it could not be written.

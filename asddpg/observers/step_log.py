@@ -1,4 +1,4 @@
-"""A row for each training step, to steps.f32 and steps.npz: where the robot was, who drove, what was weighed."""
+"""A row for each training step, to steps.f32 and steps.npz: pose, driver, actions and Q-values."""
 
 import io
 from array import array
@@ -23,7 +23,7 @@ class StepLog:
     """Writes the steps of a training, 44 bytes each, episode by episode, and all as columns when it is closed.
 
     `episode`, counted from 1 · `x`, `y`, `distance` to the goal (m) where the choice was made · `by_controller`, 1
-    where the controller drove · `actor_v`, `actor_omega` what the actor wanted, before noise (m/s, rad/s) · `v`,
+    where the controller drove · `actor_v`, `actor_omega` the actor's action before noise (m/s, rad/s) · `v`,
     `omega` what was executed · `q_policy`, `q_controller`, nan without a switch. Each float32 (steps,).
     """
 
@@ -31,8 +31,8 @@ class StepLog:
         """Open the files.
 
         Args:
-            rows: where steps go while training lasts, row by row; what stands there is gone on with.
-            columns: what close() writes, all that stands in `rows` by name, as .npz.
+            rows: file that grows row by row during the training; existing rows are kept.
+            columns: file that close() writes: the rows as named columns, .npz.
             episodes: that there were before.
         """
         self._columns = columns
@@ -53,13 +53,13 @@ class StepLog:
         self._where = (x, y, distance)
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
-        """Note where it begins."""
+        """Record the place of the first choice."""
         self._values = array("f")
         self._episode += 1
         self._where = _where(info)
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
-        """Keep a row; the place is the one before the step, where the choice was made."""
+        """Add a row; its place is that before the step, where the choice was made."""
         decision = step.decision
         actor_action = decision.action if decision.actor_action is None else decision.actor_action
         self._values.extend(

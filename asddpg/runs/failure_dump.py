@@ -46,7 +46,7 @@ def dump(folder: RunFolder, states: TrainingStates, failure: Failure, argument: 
         folder: the run's.
         states: its training states.
         failure: what failed.
-        argument: that the command which repeats it needs besides, with a space before it, or nothing.
+        argument: further argument of the command that repeats it, with a space before it; may be empty.
     """
     where = f"after step {failure.step}{', in a validation,' if failure.in_validation else ''}"
     sentence = f"{where} {failure.message}; the training has stopped"
@@ -62,7 +62,7 @@ def dump(folder: RunFolder, states: TrainingStates, failure: Failure, argument: 
 def _write(folder: RunFolder, states: TrainingStates, failure: Failure) -> Path:
     """Copy the run's configuration and its newest training state into a folder of their own, with the failure.
 
-    From that state the training comes to the same step again, to the last bit; without one, from its beginning.
+    From that state the training reaches the same step again, to the last bit; without one, from its beginning.
     """
     path = folder.path / f"failure_{failure.step:08d}"
     shutil.rmtree(path, ignore_errors=True)

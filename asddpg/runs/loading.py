@@ -26,7 +26,7 @@ class Trained:
         provenance: versions, and the hash of the scene.
         evaluation: where figures of it are written.
         weights: the file with the weights.
-        load_into: gives an agent of that configuration the trained weights; returns the training step they are of.
+        load_into: copies the trained weights into an agent; returns the training step they are of.
     """
 
     title: str

@@ -12,9 +12,9 @@ NAME = "lock"
 
 
 class RunLock:
-    """Held from its making to the end of a `with`, or of the process: the lock is the kernel's, the file only names it.
+    """Held until the end of a `with`, or of the process: the lock is the kernel's, the file only names it.
 
-    So the lock of a dead process is none, whatever stands in the file.
+    So a dead process holds no lock, whatever the file says.
     """
 
     def __init__(self, run: Path) -> None:
@@ -53,7 +53,7 @@ class RunLock:
         return self
 
     def __exit__(self, *_: object) -> None:
-        """Give the lock back. The file stays: removing it would let two others have a lock each."""
+        """Release the lock. The file stays: removing it would let two processes hold a lock each."""
         self._file.close()
 
 

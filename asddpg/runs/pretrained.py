@@ -1,4 +1,4 @@
-"""The policies that the project brings along, by name: models/pretrained/<name>/."""
+"""Pretrained policies by name: models/pretrained/<name>/."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,7 +18,7 @@ FOLDER = Path(__file__).resolve().parents[2] / "models" / "pretrained"
 
 @dataclass(frozen=True)
 class PretrainedFolder:
-    """Paths of a pretrained policy: its weights, its training, what it reaches in words and in figures."""
+    """Paths of a pretrained policy: weights, configuration of the training, card, test results."""
 
     path: Path
 
@@ -52,7 +52,7 @@ class Policy:
     """
 
     def __init__(self, networks: Networks, config: TrainConfig, step: int, observation_size: int) -> None:
-        """Take trained networks on the CPU, whose policy reads observations of that length."""
+        """Wrap trained networks on the CPU, whose policy reads observations of that length."""
         self._networks, self._observation_size = networks, observation_size
         self.config, self.step = config, step
 

@@ -15,17 +15,17 @@ PROLONGED, RESUMED = "prolonged", "resumed"
 
 
 def versions() -> dict[str, str]:
-    """Versions of what makes a result."""
+    """Versions of Python and of the packages that a result depends on."""
     return {"python": platform.python_version(), **{name: metadata.version(name) for name in _PACKAGES}}
 
 
 def current_versions(environment: gymnasium.Env) -> dict[str, str]:
-    """What a run is made with that begins, or goes on, now: versions, and the hash of its scene."""
+    """Provenance of what is made now: versions, and the hash of the environment's scene."""
     return versions() | {"model_hash": environment_hash(environment)}
 
 
 def recording_provenance(config: TrainConfig, settings: str, provenance: dict[str, str], **more: str) -> Provenance:
-    """What a recording made with a configuration, as YAML, is of."""
+    """Provenance of a recording: the configuration as YAML, and facts by name."""
     facts = {"task": config.task.name, "agent": config.agent.name, "seed": str(config.seed)}
     return Provenance(settings, {**facts, **more, **provenance})
 

@@ -28,7 +28,7 @@ def rewind(folder: RunFolder, state: Mapping[str, Any] | None) -> None:
 
 
 def _rewind_recordings(folder: RunFolder, state: Mapping[str, Any] | None) -> None:
-    """Remove those of later episodes; that of the episode in progress, which goes on unrecorded, ends as cut."""
+    """Remove those of later episodes; that of the episode in progress, which resumes unrecorded, ends as cut."""
     finished = state["episodes"]["finished_episodes"] if state else 0
     in_progress = finished + 1 if state and state["episodes"]["episode"] else None
     for path in sorted(folder.episodes.glob("*.mcap*")):

@@ -1,4 +1,4 @@
-"""A run's folder: what lies where, made new, read back."""
+"""A run's folder: its paths, how it is created and read."""
 
 import itertools
 import json
@@ -26,7 +26,7 @@ class RunFolder:
     `config.yaml` resolved configuration and provenance · `metrics.csv` a row an episode · `validation.csv` a row a
     validation · `steps.f32`, `steps.npz` a row a training step · `timing.csv`, `resources.json` time and memory ·
     `tensorboard/` · `checkpoints/{last,best}.safetensors`, and `checkpoints/step_<n>.safetensors` at each validation:
-    weights · `resume/step_<n>/` training states, from which `resume=` goes on · `failure_<step>/` dump of a failure ·
+    weights · `resume/step_<n>/` training states, from which a training resumes · `failure_<step>/` dump of a failure ·
     `lock` the process that writes the run · `test.json` the test that ends the training · `evaluation.json` the last
     evaluation · `episodes/`, `evaluated_episodes/`, `played_episodes/` recordings · `diagnosis/` of tools.diagnose.
     """
@@ -123,7 +123,7 @@ class RunFolder:
 
 
 def new_run_folder(config: TrainConfig) -> RunFolder:
-    """The folder a configuration asks for, not yet made.
+    """The folder for a configuration, not created yet.
 
     Raises:
         UserError: it exists and is not empty.
@@ -136,7 +136,7 @@ def new_run_folder(config: TrainConfig) -> RunFolder:
 
 
 def unused_folder(folder: Path) -> Path:
-    """A folder for recordings, or, where it holds some already, the first of <folder>_2, _3, … that does not."""
+    """A folder without recordings: this one, or the first of <folder>_2, _3, … that is empty."""
     numbered = (folder.with_name(f"{folder.name}_{number}") for number in itertools.count(2))
     return next(path for path in itertools.chain([folder], numbered) if not path.is_dir() or not any(path.iterdir()))
 
@@ -155,18 +155,18 @@ def open_run_folder(path: str) -> RunFolder:
 
 
 def config_text(config: dict[str, Any], provenance: dict[str, str]) -> str:
-    """What stands in a config.yaml: the resolved configuration, and versions and model hash under `provenance`."""
+    """Text of a config.yaml: the resolved configuration, and versions and model hash under `provenance`."""
     text: str = yaml.safe_dump({**config, "provenance": provenance}, sort_keys=False, allow_unicode=True)
     return text
 
 
 def read_training(path: Path, controller: str | None = OURS) -> tuple[TrainConfig, dict[str, str]]:
-    """The configuration of a training, checked, and what it was made with.
+    """The configuration of a training, checked, and its provenance.
 
     Args:
         path: of the file.
-        controller: the type of controller that the user has named: a file makes no other than this project's run.
-            None where none is going to be made.
+        controller: the type of controller that the user has named: a file may name no other code to run.
+            None where no controller is made.
 
     Raises:
         UserError: the file is damaged, or of a version with other options or tasks, or names another controller.
@@ -195,7 +195,7 @@ def training_in(text: str | bytes, title: str, controller: str | None = OURS) ->
 
 
 def read_config(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
-    """The values in a config.yaml as they stand there, and what the training was made with.
+    """The values in a config.yaml, unchecked, and the provenance of the training.
 
     Raises:
         UserError: the file is damaged.

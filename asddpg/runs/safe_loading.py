@@ -1,4 +1,4 @@
-"""What files that somebody else wrote may not do: run code, lead elsewhere, read the environment, take all memory."""
+"""Loads untrusted files safely: they may not run code, link elsewhere, read the environment or exhaust memory."""
 
 import os
 import shlex
@@ -19,7 +19,7 @@ LARGEST_CONFIG = 10**6  # bytes; written by asddpg.train it has 3000
 
 
 class _PlainLoader(yaml.SafeLoader):
-    """YAML without aliases: ten lines of them stand for more than any memory holds."""
+    """YAML without aliases: ten lines of them can expand beyond any memory."""
 
     def compose_node(self, parent: Any, index: Any) -> Any:
         if self.check_event(yaml.AliasEvent):
@@ -28,10 +28,10 @@ class _PlainLoader(yaml.SafeLoader):
 
 
 def plain_values(text: str | bytes) -> Any:
-    """What stands in a YAML file, no more than that.
+    """The literal values in a YAML file.
 
     Raises:
-        ValueError: it is no YAML, too much of it, or stands for something else.
+        ValueError: it is not YAML, is too long, or refers to other values.
     """
     if len(text) > LARGEST_CONFIG:
         raise ValueError("no configuration is so long")
@@ -40,7 +40,7 @@ def plain_values(text: str | bytes) -> Any:
     except (yaml.YAMLError, RecursionError) as error:
         raise ValueError("no YAML") from error
     if any(isinstance(value, str) and ("${" in value or value == "???") for value in _leaves(values)):
-        raise ValueError("a reference")  # OmegaConf would put in what the environment holds
+        raise ValueError("a reference")  # OmegaConf would insert environment variables
     return values
 
 
@@ -55,43 +55,43 @@ def _leaves(values: Any) -> Iterator[Any]:
 
 
 def beginning_of(path: Path) -> bytes:
-    """A configuration's bytes, or more than there may be of them."""
+    """A configuration's bytes, up to one more than allowed."""
     with path.open("rb") as file:
         return file.read(LARGEST_CONFIG + 1)
 
 
 def check_controller(config: TrainConfig, named: str | None, title: str) -> None:
-    """Hold the controller of a stored configuration against the one that the user has named: a controller is code.
+    """Check the controller of a stored configuration against the one that the user has named: a controller is code.
 
     Args:
         config: as stored.
-        named: by the user, OURS where he has said nothing; None where no controller is going to be made.
+        named: by the user, OURS by default; None where no controller is made.
         title: of the configuration.
 
     Raises:
-        UserError: it is another one, and none of this project's.
+        UserError: it is neither that one nor one of this project's.
     """
     kind = config.controller.type
     if named is not None and kind not in CONTROLLERS and kind != named:
         raise UserError(
             f"{title} names a controller that is code of its own, {truncated_repr(kind)}; if you trust that "
-            f"code, say so by controller.type={kind}"
+            f"code, pass controller.type={kind}"
         )
 
 
 def controller_named_in(arguments: Sequence[str]) -> str:
-    """The controller that a user has named among the words of a command line; OURS if none."""
+    """The controller.type that a user has named on the command line; OURS by default."""
     return next((argument.removeprefix(CONTROLLER) for argument in arguments if argument.startswith(CONTROLLER)), OURS)
 
 
 def controller_argument(config: TrainConfig) -> str:
-    """What a command line that makes a configuration's agent needs besides, with a space before it; often nothing."""
+    """The argument that a command line needs to make the configuration's controller, with a space before; often empty."""
     kind = config.controller.type
     return "" if kind in CONTROLLERS else f" {CONTROLLER}{shlex.quote(kind)}"
 
 
 def check_links(folder: Path) -> None:
-    """UserError where something in a run's folder is a link that leads out of it: it would be read, or written over."""
+    """UserError where something in a run's folder is a link that leads out of it: it could be read or overwritten."""
     inside = os.path.realpath(folder)
     for parent, folders, files in os.walk(folder):
         for name in (*folders, *files):
@@ -101,12 +101,12 @@ def check_links(folder: Path) -> None:
 
 
 def check_packed(file: Path | IO[bytes], largest: int) -> None:
-    """Hold what a zip archive unpacks to against the most that it may.
+    """Check the unpacked size of a zip archive.
 
     Raises:
-        ValueError: it is more.
+        ValueError: it is larger than `largest`, bytes.
         zipfile.BadZipFile: it is no archive.
     """
     with zipfile.ZipFile(file) as archive:
         if sum(entry.file_size for entry in archive.infolist()) > largest:
-            raise ValueError("it unpacks to more than it may")
+            raise ValueError("it unpacks to more than is allowed")

@@ -1,7 +1,7 @@
 """A tree of plain values and arrays as a folder of files that carry data only, with their checksums.
 
 `state.json` the tree, small arrays in it · `arrays.npz` the large ones · `weights.safetensors` torch's tensors ·
-`SHA256SUMS` checksums of the three, as `sha256sum -c` reads them. Every number comes back to the last bit.
+`SHA256SUMS` checksums of the three, as `sha256sum -c` reads them. Every number is restored to the last bit.
 """
 
 import hashlib
@@ -23,12 +23,12 @@ from safetensors.torch import save as serialised
 from asddpg.runs.safe_loading import check_packed
 
 STATE, ARRAYS, TENSORS, SUMS = "state.json", "arrays.npz", "weights.safetensors", "SHA256SUMS"
-_MOST_INLINE = 512  # numbers of an array that stands in state.json
-# Keys of what stands for an array in the tree, and for a mapping that has such keys itself.
+_MOST_INLINE = 512  # numbers of an array inside state.json
+# Keys of placeholders for arrays in the tree, and for a mapping that has such keys itself.
 _INLINE, _ARRAY, _TENSOR, _MAPPING = "inline array", "array", "tensor", "mapping"
 _MARKERS = frozenset((_INLINE, _ARRAY, _TENSOR, _MAPPING))
-# What files lead to that have right checksums and yet are none of write()'s.
-NONSENSE = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RuntimeError, EOFError, MemoryError)
+# Raised by files that have right checksums and yet were not written by write().
+INVALID = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RuntimeError, EOFError, MemoryError)
 
 
 class DamagedStateError(Exception):
@@ -36,14 +36,14 @@ class DamagedStateError(Exception):
 
 
 def write(folder: Path, tree: Mapping[str, Any]) -> None:
-    """Write a tree of mappings, sequences, strings, numbers, None, arrays and tensors; brought to the disk.
+    """Write a tree of mappings, sequences, strings, numbers, None, arrays and tensors; flushed to the disk.
 
     Args:
         folder: an empty one.
-        tree: mappings by string come back as dicts, lists and tuples as lists.
+        tree: mappings with string keys are restored as dicts, lists and tuples as lists.
 
     Raises:
-        OSError: there is no room, or the folder cannot be written.
+        OSError: the disk is full, or the folder cannot be written.
         TypeError: there is something else in the tree.
     """
     arrays: dict[str, Any] = {}
@@ -52,7 +52,7 @@ def write(folder: Path, tree: Mapping[str, Any]) -> None:
     (folder / STATE).write_text(text, encoding="utf-8")
     with (folder / ARRAYS).open("wb") as file:
         np.savez(file, allow_pickle=False, **arrays)
-    # Not save_file: it makes a file that only its owner may read, and says of a full disk in words alone.
+    # Not save_file: it makes a file that only its owner may read, and reports a full disk without an errno.
     (folder / TENSORS).write_bytes(serialised(tensors))
     (folder / SUMS).write_text(_sums(folder), encoding="ascii")
     for path in (*(folder / name for name in (STATE, ARRAYS, TENSORS, SUMS)), folder):
@@ -78,7 +78,7 @@ def read(folder: Path) -> dict[str, Any]:
         with np.load(folder / ARRAYS, allow_pickle=False) as archive:
             arrays = dict(archive)  # each once, however often it is named
         whole: dict[str, Any] = _restored(tree, arrays, tensors)
-    except (SafetensorError, zipfile.BadZipFile, *NONSENSE) as error:
+    except (SafetensorError, zipfile.BadZipFile, *INVALID) as error:
         raise DamagedStateError(f"it cannot be read: {error}") from error
     if not isinstance(whole, dict):
         raise DamagedStateError(f"{STATE} holds no mapping")

@@ -7,14 +7,14 @@ from typing import Any
 
 from asddpg.errors import UserError
 from asddpg.runs import state_files
-from asddpg.runs.state_files import NONSENSE, DamagedStateError
+from asddpg.runs.state_files import INVALID, DamagedStateError
 
 FORMAT = "asddpg-training-2"
 KEPT = 2
 
 
 class TrainingStates:
-    """Written whole or not at all, beside the one before; read with their checksums."""
+    """Written atomically, beside the one before; read with their checksums."""
 
     def __init__(self, folder: Path) -> None:
         """Keep them in a folder, made with the first."""
@@ -33,14 +33,14 @@ class TrainingStates:
         try:
             part.mkdir(parents=True)
             state_files.write(part, {"format": FORMAT, "step": step, **state})
-            if path.exists():  # of a process that was killed before it could take this one up
+            if path.exists():  # of a process that was killed before it could use this one
                 shutil.rmtree(path)
             part.rename(path)
             state_files.to_disk(self._folder)
         except OSError as error:
             raise OSError(error.errno, error.strerror or str(error), str(path)) from error
         finally:
-            shutil.rmtree(part, ignore_errors=True)  # what is left of it holds room that others need
+            shutil.rmtree(part, ignore_errors=True)  # what is left of it takes disk space that others need
         for old in self.paths()[:-KEPT]:
             shutil.rmtree(old)
 
@@ -63,14 +63,14 @@ class TrainingStates:
                 state = self._read(path)
                 check(state)
                 return state, damaged
-            except (DamagedStateError, OSError, *NONSENSE) as error:
+            except (DamagedStateError, OSError, *INVALID) as error:
                 damaged.append(f"the training state {path} is damaged: {error}")
         if damaged:
             raise UserError(f"{'; '.join(damaged)}; there is no other one to resume from")
         return None, []
 
     def forget_after(self, step: int) -> None:
-        """Put aside, under another name, those of later steps: damaged ones, which would stand in the way."""
+        """Rename those of later steps, which are damaged and would be in the way."""
         for path in self.paths():
             if path.name > f"step_{step:08d}":
                 aside = path.with_name(path.name + ".damaged")

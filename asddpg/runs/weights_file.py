@@ -1,4 +1,4 @@
-"""Networks' weights as one safetensors file: policy, switch and, for those who go on learning, the critic.
+"""Networks' weights as one safetensors file: policy, switch and, for further learning, the critic.
 
 safetensors: a header of JSON and plain tensors, checked against the file's length, with no pickle even as an option.
 Reading a file runs no code; the same weights give the same bytes.

@@ -321,7 +321,7 @@ def test_nothing_to_go_on_with(path: str, sentence: str, tmp_path: Path, monkeyp
 
 
 def test_a_finished_run_is_left_alone(unbroken: Unbroken) -> None:
-    with pytest.raises(UserError, match="come to its end; total_steps= above 240 prolongs it"):
+    with pytest.raises(UserError, match="is complete; total_steps= above 240 prolongs it"):
         train.main([f"resume={unbroken('default')}"])
 
 
