@@ -85,7 +85,7 @@ def controller_named_in(arguments: Sequence[str]) -> str:
 
 
 def controller_argument(config: TrainConfig) -> str:
-    """The argument that a command line needs to make the configuration's controller, with a space before; often empty."""
+    """The argument that makes the configuration's controller, with a space before it; often empty."""
     kind = config.controller.type
     return "" if kind in CONTROLLERS else f" {CONTROLLER}{shlex.quote(kind)}"
 
