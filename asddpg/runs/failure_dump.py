@@ -64,7 +64,7 @@ def _write(folder: RunFolder, states: TrainingStates, failure: Failure) -> Path:
 
     From that state the training reaches the same step again, to the last bit; without one, from its beginning.
     """
-    path = folder.path / f"failure_{failure.step:08d}"
+    path = folder.failure(failure.step)
     shutil.rmtree(path, ignore_errors=True)
     path.mkdir()
     shutil.copy(folder.config, path)

@@ -1,6 +1,5 @@
 """Pretrained policies by name: models/pretrained/<name>/."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -16,31 +15,15 @@ from asddpg.runs.run_folder import read_training
 FOLDER = Path(__file__).resolve().parents[2] / "models" / "pretrained"
 
 
-@dataclass(frozen=True)
 class PretrainedFolder:
-    """Paths of a pretrained policy: weights, configuration of the training, card, test results."""
+    """Paths of a pretrained policy."""
 
-    path: Path
-
-    @property
-    def weights(self) -> Path:
-        """Weights of policy and switch."""
-        return self.path / "policy.safetensors"
-
-    @property
-    def config(self) -> Path:
-        """Resolved configuration of the training, and what it was made with."""
-        return self.path / "config.yaml"
-
-    @property
-    def card(self) -> Path:
-        """How it was trained, what it reaches, where it fails, how to use it."""
-        return self.path / "card.md"
-
-    @property
-    def test(self) -> Path:
-        """Figures on the stored test pairs, the outcome of each, every failure."""
-        return self.path / "test.json"
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.weights = path / "policy.safetensors"  # of policy and switch
+        self.config = path / "config.yaml"  # resolved configuration of the training, and its provenance
+        self.card = path / "card.md"  # how it was trained, its results, where it fails, how to use it
+        self.test = path / "test.json"  # results on the stored test pairs, the outcome of each, every failure
 
 
 class Policy:

@@ -2,7 +2,6 @@
 
 import itertools
 import json
-from dataclasses import dataclass
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -19,96 +18,40 @@ from asddpg.runs.safe_loading import OURS, beginning_of, check_controller, check
 from tasks import ALL_TASKS
 
 
-@dataclass(frozen=True)
 class RunFolder:
-    """Paths of a run.
+    """Paths of a run."""
 
-    `config.yaml` resolved configuration and provenance · `metrics.csv` a row an episode · `validation.csv` a row a
-    validation · `steps.f32`, `steps.npz` a row a training step · `timing.csv`, `resources.json` time and memory ·
-    `tensorboard/` · `checkpoints/{last,best}.safetensors`, and `checkpoints/step_<n>.safetensors` at each validation:
-    weights · `resume/step_<n>/` training states, from which a training resumes · `failure_<step>/` dump of a failure ·
-    `lock` the process that writes the run · `test.json` the test that ends the training · `evaluation.json` the last
-    evaluation · `episodes/`, `evaluated_episodes/`, `played_episodes/` recordings · `diagnosis/` of tools.diagnose.
-    """
-
-    path: Path
-
-    @property
-    def config(self) -> Path:
-        """Resolved configuration."""
-        return self.path / "config.yaml"
-
-    @property
-    def metrics(self) -> Path:
-        """A row an episode."""
-        return self.path / "metrics.csv"
-
-    @property
-    def validation(self) -> Path:
-        """A row a validation."""
-        return self.path / "validation.csv"
-
-    @property
-    def steps(self) -> Path:
-        """A row a training step, in arrays."""
-        return self.path / "steps.npz"
-
-    @property
-    def timing(self) -> Path:
-        """Wall-clock time, kept apart: nothing else depends on the clock."""
-        return self.path / "timing.csv"
-
-    @property
-    def tensorboard(self) -> Path:
-        """TensorBoard's files."""
-        return self.path / "tensorboard"
-
-    @property
-    def test(self) -> Path:
-        """Figures of the test that ends a training, of both checkpoints."""
-        return self.path / "test.json"
-
-    @property
-    def evaluation(self) -> Path:
-        """Figures of the last evaluation."""
-        return self.path / "evaluation.json"
-
-    @property
-    def episodes(self) -> Path:
-        """Folder of the training's recordings."""
-        return self.path / "episodes"
-
-    @property
-    def step_rows(self) -> Path:
-        """The same rows one after the other, float32: they grow with the training."""
-        return self.path / "steps.f32"
-
-    @property
-    def training_states(self) -> Path:
-        """Folder of the training states, from which a training resumes."""
-        return self.path / "resume"
-
-    @property
-    def resources(self) -> Path:
-        """Time and memory the run took."""
-        return self.path / "resources.json"
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.config = path / "config.yaml"  # resolved configuration and provenance
+        self.metrics = path / "metrics.csv"  # a row an episode
+        self.validation = path / "validation.csv"  # a row a validation
+        self.step_rows = path / "steps.f32"  # a row a training step, float32: it grows with the training
+        self.steps = path / "steps.npz"  # the same as named arrays
+        self.timing = path / "timing.csv"  # wall-clock time, kept apart: nothing else depends on the clock
+        self.tensorboard = path / "tensorboard"
+        self.training_states = path / "resume"  # step_<n>/, from which a training resumes
+        self.episodes = path / "episodes"  # recordings of the training
+        self.test = path / "test.json"  # results of the test that ends the training, of both checkpoints
+        self.resources = path / "resources.json"  # time and memory that the training took
+        self.evaluation = path / "evaluation.json"  # results of the last evaluation
+        self.diagnosis = path / "diagnosis"  # of tools.diagnose
 
     def checkpoint(self, name: str) -> Path:
         """Weights; `name` is last or best."""
         return self.path / "checkpoints" / f"{name}.safetensors"
 
     def snapshot(self, step: int) -> Path:
-        """The networks' weights at a validation, after `step` training steps."""
+        """Weights at a validation, after `step` training steps."""
         return self.checkpoint(f"step_{step:08d}")
 
     def snapshots(self) -> list[Path]:
         """All snapshots, oldest first."""
         return sorted(self.path.glob("checkpoints/step_*.safetensors"))
 
-    @property
-    def diagnosis(self) -> Path:
-        """Folder of what tools.diagnose made."""
-        return self.path / "diagnosis"
+    def failure(self, step: int) -> Path:
+        """Folder of the dump of a failure after `step` training steps."""
+        return self.path / f"failure_{step:08d}"
 
     def create(self) -> None:
         """Make the folder.
