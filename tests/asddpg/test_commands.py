@@ -41,6 +41,8 @@ def test_a_run_folder_explains_itself(finished_run: Path) -> None:
     assert len(config["provenance"]["model_hash"]) == 16
     assert config["provenance"]["mujoco"].startswith("3.")
     rows = read_rows(finished_run / "metrics.csv")
+    shares = [[float(row[f"{name}_100"]) for name in ("success", "collision", "timeout")] for row in rows[:-1]]
+    assert all(sum(each) == pytest.approx(1.0) for each in shares)
     assert int(rows[-1]["step"]) == 400
     assert {row["outcome"] for row in rows} <= {"reached", "crashed", "timeout", "cut"}
     assert sum(int(row["steps"]) for row in rows) == 400
