@@ -174,7 +174,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
             raise TaskError(f"the state is of {state['task_name']}, and the environment of {self._task_name}")
         self._stack.load_state(state["observation"])
         self._physics.load_state(state["physics"])
-        self._task.load_state(state["task"])
+        self._task.load_state(state["task"], self._physics)
         self.np_random = self._task.rng = restored_generator(state["pairs"])
         self._np_random_seed = state["seed"]
         self._begun = state["begun"]
@@ -218,14 +218,14 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         if not self._obstacles.clearance((x, y)) > 0.0:
             raise TaskError(f"a goal must lie on free floor; at ({x:g}, {y:g}) something stands in the way")
         self._task.move_goal(self._physics, (x, y))
-        return self._stack.replace_goal(self._physics.goal_in_robot_frame())
+        return self._stack.replace_goal(self._task.readings.goal_in_robot_frame)
 
     def _info(self) -> dict[str, Any]:
         task = self._task
         terms = task.reward_terms
         info = {
-            "pose": self._physics.pose(),
-            "distance": self._physics.goal_distance(),
+            "pose": task.readings.pose,
+            "distance": task.readings.goal_distance,
             "pushed": self._physics.num_pushed(),
             "reward_terms": terms,
             "dense_reward": dense_part(terms) if terms else 0.0,

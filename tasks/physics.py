@@ -39,6 +39,22 @@ class Velocity(NamedTuple):
     angular: float
 
 
+class Readings(NamedTuple):
+    """What is known of base and goal at one instant.
+
+    Attributes:
+        pose: of the base, world frame.
+        velocity: of the base, robot frame.
+        goal_in_robot_frame: the goal ahead of (x) and to the left of (y) the base, metres.
+        goal_distance: between base and goal, metres.
+    """
+
+    pose: Pose
+    velocity: Velocity
+    goal_in_robot_frame: tuple[float, float]
+    goal_distance: float
+
+
 class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no types
     """A scene with a Pioneer: commands in, readings out.
 
@@ -296,28 +312,26 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
 
     def velocity(self) -> Velocity:
         """Velocity of the base in the robot frame."""
-        vx, vy, _, _, _, yaw_rate = self.data.ptr.qvel[self._base_qvel : self._base_qvel + 6].tolist()
-        yaw = self.pose().yaw
-        return Velocity(vx * math.cos(yaw) + vy * math.sin(yaw), yaw_rate)
+        return self.readings().velocity
 
     def goal(self) -> tuple[float, float]:
         """Goal in the world frame, metres."""
         x, y, _ = self.data.ptr.mocap_pos[self._goal_mocap].tolist()
         return x, y
 
-    def goal_in_robot_frame(self) -> tuple[float, float]:
-        """Goal ahead of (x) and to the left of (y) the base, metres."""
+    def goal_distance(self) -> float:
+        """Distance between base and goal, metres."""
+        return self.readings().goal_distance
+
+    def readings(self) -> Readings:
+        """Pose, velocity and goal together, which costs less than one after the other."""
         pose = self.pose()
+        vx, vy, _, _, _, yaw_rate = self.data.ptr.qvel[self._base_qvel : self._base_qvel + 6].tolist()
         goal_x, goal_y = self.goal()
         dx, dy = goal_x - pose.x, goal_y - pose.y
         cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
-        return cos * dx + sin * dy, cos * dy - sin * dx
-
-    def goal_distance(self) -> float:
-        """Distance between base and goal, metres."""
-        pose = self.pose()
-        goal_x, goal_y = self.goal()
-        return math.hypot(goal_x - pose.x, goal_y - pose.y)
+        velocity = Velocity(vx * cos + vy * sin, yaw_rate)
+        return Readings(pose, velocity, (cos * dx + sin * dy, cos * dy - sin * dx), math.hypot(dx, dy))
 
     def crashed(self) -> bool:
         """Whether the robot touched anything but the floor and class `movable` during the last step()."""
