@@ -12,7 +12,8 @@ import mujoco
 import numpy as np
 
 from tasks.physics import FloatArray
-from tools.robot.extents import circumscribed_radius, extent
+from tasks.room_geometry.footprints import Footprint, colliding_robot_geoms
+from tasks.room_geometry.geom_shapes import extent
 
 X, Y, Z = np.eye(3)
 SIDES = ("left_wheel", "right_wheel")
@@ -41,7 +42,7 @@ class RobotModel:
         mujoco.mj_forward(model, self.data)
         self.bodies = [int(body) for body in np.flatnonzero(model.body_rootid == self.base)]
         self.geoms = [int(geom) for geom in np.flatnonzero(np.isin(model.geom_bodyid, self.bodies))]
-        self.solid = [geom for geom in self.geoms if model.geom_contype[geom] or model.geom_conaffinity[geom]]
+        self.solid = colliding_robot_geoms(model)
 
     # Mass ---------------------------------------------------------------------------------------------------------
 
@@ -135,7 +136,7 @@ class RobotModel:
 
     def circumscribed_radius(self) -> float:
         """Radius about the axle's middle that what can touch something stays within, m."""
-        return circumscribed_radius(self.model, self.data, self.solid)
+        return Footprint.from_model(self.model).radius
 
     def caster_contact(self) -> FloatArray | None:
         """Where the caster stands, (3,) m, base frame; None where no solid geom's body is called a caster."""
