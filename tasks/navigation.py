@@ -60,7 +60,7 @@ class NavigationConfig:
 class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
     """Observation, reward and end of an episode.
 
-    Commands are (v, ω) in m/s and rad/s. The task does not know who chose them.
+    Commands are (v, ω) in m/s and rad/s. The task does not know which driver chose them.
 
     Attributes:
         readings: of base and goal at the present instant; physics is read once a step.
@@ -83,7 +83,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
             reward: what a step earns.
             rng: where starts and goals are drawn from.
             held_out: (n, 2) metres, goals of the stored evaluation sets, which no drawn goal comes near.
-            rule: how starts and goals are drawn.
+            rule: draws starts and goals.
         """
         self.config = config
         self.reward = reward
@@ -108,7 +108,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         self._next_pair = (start, goal)
 
     def initialize_episode(self, physics: Physics) -> None:
-        """Put robot and goal in their places."""
+        """Place robot and goal."""
         self.start, goal = self._next_pair or self._rule.draw(self.rng, self._held_out)
         self._next_pair = None
         physics.set_pose(self.start)
@@ -118,7 +118,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         self._reset_episode()
 
     def move_goal(self, physics: Physics, goal: tuple[float, float]) -> None:
-        """Another goal for the episode in progress; the next step's progress is measured from here to it."""
+        """Change the goal of the episode in progress; the next step's progress is measured towards it."""
         physics.move_goal(*goal)
         self.readings = physics.readings()
 
@@ -182,7 +182,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         return sum(self.reward_terms.values())
 
     def get_termination(self, physics: Physics) -> float | None:
-        """Discount at the end of an episode: 0 where it ended, 1 where only time was up, None while it goes on.
+        """Discount at the end of an episode: 0 at a terminal state, 1 at the time limit, None while it goes on.
 
         The time limit is judged here and not by control.Environment, whose own would turn a crash in the last step
         into a time-out.
@@ -222,5 +222,5 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         )
 
     def step_spec(self, physics: Physics) -> dm_env.TimeStep:
-        """Unused by this project; dm_control asks tasks for it."""
+        """Unused here; dm_control declares it abstract."""
         raise NotImplementedError

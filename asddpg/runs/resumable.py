@@ -13,7 +13,6 @@ from asddpg.episodes.random_streams import stream
 from asddpg.errors import UserError
 from asddpg.observers.finite_check import NotFiniteError
 from asddpg.runs.history import History, Redriven, Remembered, remembered
-from tasks.scene.state_digest import state_digest
 
 
 class ResumableEpisodes:
@@ -77,7 +76,7 @@ class ResumableEpisodes:
             "episodes": self.episodes,
             "randomness": self._randomness if len(self._history) else self._core.random_state(),
             "history": self._history.state(),
-            "digest": state_digest(self._core.physics.data.ptr) if len(self._history) else None,
+            "digest": self._core.physics.state_digest() if len(self._history) else None,
             "agent": self._agent.state(),
         }
 
@@ -97,7 +96,7 @@ class ResumableEpisodes:
             raise UserError(f"the checkpoint of the run does not fit its config.yaml: {error}") from error
 
     def _compare(self) -> None:
-        if state_digest(self._core.physics.data.ptr) != self._digest:
+        if self._core.physics.state_digest() != self._digest:
             self._tell_difference()
 
     def _tell_difference(self) -> None:

@@ -1,4 +1,4 @@
-"""What the robot takes up of the floor, read from the compiled model."""
+"""The robot's footprint on the floor, from the compiled model."""
 
 from typing import NamedTuple
 
@@ -16,7 +16,7 @@ class Footprint(NamedTuple):
 
     Attributes:
         radius: of the circle it needs for turning on the spot.
-        half_width: from the axis to either side, what driving straight through a gap needs.
+        half_width: from the axis to either side, the space it needs for driving straight through a gap.
         height: of its highest part that can touch anything.
     """
 
@@ -26,7 +26,7 @@ class Footprint(NamedTuple):
 
     @classmethod
     def from_model(cls, model: mujoco.MjModel) -> "Footprint":
-        """Of the colliding geoms of body `base` and all that hangs on it, in the model's initial state."""
+        """Of the colliding geoms of body `base` and its children, in the model's initial state."""
         data = mujoco.MjData(model)
         mujoco.mj_kinematics(model, data)
         base = model.body("base").id

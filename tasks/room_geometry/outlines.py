@@ -1,4 +1,4 @@
-"""What a model's geoms cover of the floor within a range of heights, as convex polygons.
+"""Outlines of a model's geoms on the floor within a range of heights, as convex polygons.
 
 MuJoCo's geoms are convex, and so is what a slab of heights cuts out of them: its shadow on the floor is the hull of the
 shadows of a few points.
@@ -14,13 +14,13 @@ from tasks.room_geometry.geom_shapes import IntArray, polyhedron
 Corner = tuple[float, float]
 Outline = tuple[Corner, ...]
 
-FAR = 1000.0  # m; how far behind its face a plane, which has no end, is taken to reach
+FAR = 1000.0  # m; extent of an infinite plane behind its face
 
-_HORIZONTAL = 1e-6  # a plane whose normal lies this little along the floor is a floor or a ceiling, not a wall
+_HORIZONTAL = 1e-6  # a plane whose normal has a smaller horizontal part is a floor or a ceiling, not a wall
 
 
 def outline(model: mujoco.MjModel, data: mujoco.MjData, geom: int, low: float, high: float) -> Outline | None:
-    """The outline on the floor of what a geom has between two heights; None where it has nothing there.
+    """The outline on the floor of a geom's part between two heights; None where it has none.
 
     Args:
         model: compiled scene.
@@ -38,7 +38,7 @@ def outline(model: mujoco.MjModel, data: mujoco.MjData, geom: int, low: float, h
 
 
 def _half_plane(position: FloatArray, normal: FloatArray, low: float, high: float) -> Outline | None:
-    """A plane as the rectangle behind its face, as wide and deep as anything may be."""
+    """A plane as a rectangle of side FAR behind its face."""
     level = float(np.hypot(normal[0], normal[1]))
     if level < _HORIZONTAL:
         return None
