@@ -1,7 +1,7 @@
-"""Figures of the robot, its laser and the task, each with unit and source.
+"""Constants of the robot, its laser and the task, each with unit and source.
 
-Sources: [paper] Xie et al., ICRA 2018; [code] the code released with it; [p3dx] Pioneer 3-DX figures as in the Webots
-model; [hokuyo] URG-04LX data sheet; [aria] p3dx-sh.p of the ARIA library. The robot's own figures must agree with
+Sources: [paper] Xie et al., ICRA 2018; [code] the code released with it; [p3dx] Pioneer 3-DX manual as in the Webots
+model; [hokuyo] URG-04LX data sheet; [aria] p3dx-sh.p of the ARIA library. The robot's own constants must agree with
 models/mjcf/pioneer/pioneer.xml; a test compares them with the compiled model.
 """
 

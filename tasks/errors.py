@@ -1,5 +1,5 @@
-"""The one exception for a user's mistake in what a task is asked for."""
+"""The one exception for an argument that no task can use."""
 
 
 class TaskError(ValueError):
-    """What was asked for does not exist or is out of range; the message says what would be right."""
+    """A name that does not exist or a value out of range; the message says what is valid."""

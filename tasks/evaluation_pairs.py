@@ -9,7 +9,7 @@ import numpy as np
 
 from tasks.constants import GOAL_RADIUS
 from tasks.physics import FloatArray, Pose
-from tasks.registry import definition_of
+from tasks.registry import make_rule
 from tasks.room_geometry.held_out import Pair, SetName, held_out_goals, held_out_pairs
 from tasks.room_geometry.obstacles import Obstacles
 from tasks.room_geometry.shortest_paths import ShortestPaths
@@ -24,9 +24,9 @@ def fresh_pairs(task_name: str, rng: np.random.Generator, count: int, goal_radiu
 def draw_pairs(
     task_name: str, rng: np.random.Generator, count: int, goal_radius: float, held_out: FloatArray
 ) -> tuple[Pair, ...]:
-    """Draw pairs, no goal within HELD_OUT_MARGIN of those held out, (n, 2) metres."""
+    """Draw pairs whose goals keep HELD_OUT_MARGIN from the held-out goals, (n, 2) metres."""
     model = _model(task_name)
-    rule = definition_of(task_name).rule(model)
+    rule = make_rule(task_name, model)
     drawn = [rule.draw(rng, held_out) for _ in range(count)]
     # Millimetres, and thousandths of a radian, are enough to write down.
     pairs = [
@@ -37,7 +37,7 @@ def draw_pairs(
 
 @cache
 def stored_pairs(task_name: str, set_name: SetName, goal_radius: float) -> tuple[Pair, ...]:
-    """The stored pairs of a task; for another radius than the task's own their shortest paths are computed anew."""
+    """The stored pairs of a task; for a goal radius other than GOAL_RADIUS with their shortest paths computed anew."""
     pairs = held_out_pairs(task_name, set_name)
     return pairs if goal_radius == GOAL_RADIUS else _with_paths(pairs, _model(task_name), goal_radius)
 

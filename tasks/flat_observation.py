@@ -1,4 +1,4 @@
-"""One flat vector out of an observation: stacked scans, velocity, goal."""
+"""The flat observation: stacked scans, velocity, goal."""
 
 from collections.abc import Mapping
 

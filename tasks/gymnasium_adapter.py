@@ -1,6 +1,7 @@
 """The tasks as Gymnasium environments."""
 
 from collections.abc import Mapping
+from functools import cached_property
 from typing import Any
 
 import gymnasium
@@ -25,8 +26,8 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
     `gymnasium.make` puts `PhysicalActions` around it, whose Box is in m/s and rad/s.
 
     `info` holds at every step `pose` (x, y, yaw; m, rad), `distance` to the goal (m), `reward_terms` by name,
-    `dense_reward` (what γ_p may scale), `pushed` (movable things touched in the step), at the end `outcome`, and at the
-    beginning `start` (x, y, yaw) and `goal` (x, y), with which `reset` begins the same episode again.
+    `dense_reward` (the part that γ_p scales), `pushed` (movable things touched in the step), at the end `outcome`, and
+    at the beginning `start` (x, y, yaw) and `goal` (x, y), with which `reset` begins the same episode again.
     """
 
     metadata = {  # noqa: RUF012
@@ -49,7 +50,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
 
         Args:
             task: one of tasks.ALL_TASKS.
-            reward: `dense`, `sparse` or a Reward; None takes the task's own.
+            reward: `dense`, `sparse` or a Reward; None takes the task's default.
             config: constants of the task; None takes the paper's.
             num_scans: scans stacked in the observation.
             render_mode: None or `rgb_array`.
@@ -68,7 +69,6 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         self._picture = (camera, width, height)
         self._renderer: OffscreenRenderer | None = None
         self._begun = False
-        self._obstacles: Obstacles | None = None  # of the room; worked out when first asked for
         limits = self._task.action_spec(self._physics)
         self.physical_action_space = spaces.Box(
             limits.minimum.astype(np.float32), limits.maximum.astype(np.float32), dtype=np.float32
@@ -88,6 +88,11 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         """Scans and beams at the head of the observation."""
         return self._stack.num_scans, self._stack.num_beams
 
+    @cached_property
+    def obstacles(self) -> Obstacles:
+        """What stands in the robot's way in the room, computed once."""
+        return Obstacles.from_model(self._physics.model.ptr)
+
     @property
     def physics(self) -> Any:
         """The scene's Physics, for reading."""
@@ -99,7 +104,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         """Begin an episode.
 
         Args:
-            seed: of the starts and goals to come; None goes on with the present stream.
+            seed: of the starts and goals to come; None continues the present stream.
             options: `start` (x, y, yaw) and `goal` (x, y), metres and radians, for this episode alone; a goal alone
                 starts at the origin.
         """
@@ -108,15 +113,15 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         if seed is not None or not self._begun:
             self._task.laser.rng = self.np_random.spawn(1)[0]
         if options:
-            self._take_options(options)
+            self._set_next_pair(options)
         time_step = self._env.reset()
         self._begun = True
-        return self._stack.reset(time_step.observation), self._info() | self._pair()
+        return self._stack.reset(time_step.observation), self._info() | self._start_and_goal()
 
-    def _pair(self) -> dict[str, Any]:
+    def _start_and_goal(self) -> dict[str, Any]:
         return {"start": self._task.start, "goal": self._physics.goal()}
 
-    def _take_options(self, options: dict[str, Any]) -> None:
+    def _set_next_pair(self, options: dict[str, Any]) -> None:
         try:
             rest = dict(options)
             goal_x, goal_y = (float(value) for value in rest.pop("goal"))
@@ -124,8 +129,8 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
             if rest or not np.all(np.abs([goal_x, goal_y, x, y, yaw]) < GOAL_BOUND / 2):
                 raise ValueError
         except (KeyError, TypeError, ValueError) as error:
-            wanted = f"goal (x, y) and, if not at the origin, start (x, y, yaw), all below {GOAL_BOUND / 2:g}"
-            raise TaskError(f"reset options are {wanted}, not {options}") from error
+            valid = f"goal (x, y) and, if not at the origin, start (x, y, yaw), all below {GOAL_BOUND / 2:g}"
+            raise TaskError(f"reset options are {valid}, not {options}") from error
         self._task.set_next_pair(Pose(x, y, yaw), (goal_x, goal_y))
 
     def step(self, action: FloatArray) -> tuple[Float32Array, float, bool, bool, dict[str, Any]]:
@@ -153,7 +158,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
             "physics": self._physics.state(),
             "task": self._task.state(),
             "observation": self._stack.state(),
-            "pairs": generator_state(self.np_random),
+            "rng": generator_state(self.np_random),
             "seed": self.np_random_seed,
             "begun": self._begun,
             "over": self._env._reset_next_step,  # dm_control names no reading of it
@@ -174,14 +179,14 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
             raise TaskError(f"the state is of {state['task_name']}, and the environment of {self._task_name}")
         self._stack.load_state(state["observation"])
         self._physics.load_state(state["physics"])
-        self._task.load_state(state["task"])
-        self.np_random = self._task.rng = restored_generator(state["pairs"])
+        self._task.load_state(state["task"], self._physics)
+        self.np_random = self._task.rng = restored_generator(state["rng"])
         self._np_random_seed = state["seed"]
         self._begun = state["begun"]
         self._env._reset_next_step, self._env._step_count = state["over"], state["count"]
         if not self._begun:
             return self._stack.state(), {}
-        return self._stack.state(), self._info() | (self._pair() if self._task.is_at_start else {})
+        return self._stack.state(), self._info() | (self._start_and_goal() if self._task.is_at_start else {})
 
     def __getstate__(self) -> dict[str, Any]:
         """For pickle and copy.deepcopy: a copy opens a renderer of its own when it first draws."""
@@ -200,32 +205,31 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
     def set_goal(self, x: float, y: float) -> Float32Array:
         """Give the episode in progress another goal, metres, world frame.
 
-        The reward of the next step is for the way made to the new goal.
+        The next step is rewarded for progress towards the new goal.
 
         Returns:
             The present observation, with that goal.
 
         Raises:
-            TaskError: no episode is in progress, or the place lies outside of the room or in an obstacle.
+            TaskError: no episode is in progress, or the goal lies outside the room or in an obstacle.
         """
         if not self._begun or self._task.outcome is not Outcome.RUNNING:
             raise TaskError("no episode is in progress whose goal could be moved")
-        self._obstacles = self._obstacles or Obstacles.from_model(self._physics.model.ptr)
-        low, high = self._obstacles.low, self._obstacles.high
+        low, high = self.obstacles.low, self.obstacles.high
         if not (low[0] < x < high[0] and low[1] < y < high[1]):
             bounds = f"x from {low[0]:g} to {high[0]:g} m and y from {low[1]:g} to {high[1]:g} m"
             raise TaskError(f"a goal must lie in the room, {bounds}, not at ({x:g}, {y:g})")
-        if not self._obstacles.clearance((x, y)) > 0.0:
+        if not self.obstacles.clearance((x, y)) > 0.0:
             raise TaskError(f"a goal must lie on free floor; at ({x:g}, {y:g}) something stands in the way")
         self._task.move_goal(self._physics, (x, y))
-        return self._stack.replace_goal(self._physics.goal_in_robot_frame())
+        return self._stack.replace_goal(self._task.readings.goal_in_robot_frame)
 
     def _info(self) -> dict[str, Any]:
         task = self._task
         terms = task.reward_terms
         info = {
-            "pose": self._physics.pose(),
-            "distance": self._physics.goal_distance(),
+            "pose": task.readings.pose,
+            "distance": task.readings.goal_distance,
             "pushed": self._physics.num_pushed(),
             "reward_terms": terms,
             "dense_reward": dense_part(terms) if terms else 0.0,

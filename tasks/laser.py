@@ -1,4 +1,4 @@
-"""The laser: its ring of beams in a scene, and what a real one does to a scan.
+"""The laser: its ring of beams in a scene, and the noise, dropout and latency of a real one.
 
 A Hokuyo URG-04LX sees 240° in 682 beams; the paper keeps 40 of them. Both are the ring of models/mjcf/pioneer with
 another count.
@@ -51,7 +51,7 @@ class LaserConfig:
 
 
 class Laser:
-    """Reads a scan once a control step and treats it as a real laser would."""
+    """Reads a scan once a control step, with the noise, dropout and latency of its configuration."""
 
     def __init__(self, config: LaserConfig, control_timestep: float, rng: np.random.Generator) -> None:
         """Make the laser; `rng` is its own stream, so that noise changes no start and no goal."""
@@ -73,13 +73,13 @@ class Laser:
         self._read_at = state["read_at"]
 
     def begin_episode(self, physics: Physics) -> None:
-        """Forget the scans of the last episode."""
+        """Drop the scans of the last episode."""
         self._waiting.clear()
         self._read_at = -1.0
         physics.scan_delay = self._late_seconds
 
     def ranges(self, physics: Physics) -> FloatArray:
-        """The scan that arrives now: float64 (num_beams,), metres; asked for again at one instant, the same again."""
+        """The scan that arrives now: float64 (num_beams,), metres; at one instant always the same."""
         if physics.time() != self._read_at:
             self._read_at = physics.time()
             scan = physics.delayed_ranges() if self._waiting else physics.ranges()

@@ -12,7 +12,7 @@ from dm_env import specs
 from tasks import constants
 from tasks.errors import TaskError
 from tasks.laser import Laser, LaserConfig
-from tasks.physics import FloatArray, Physics, Pose
+from tasks.physics import FloatArray, Physics, Pose, Readings
 from tasks.rewards import Outcome, Reward
 from tasks.room_geometry.start_goal import PairRule
 
@@ -60,8 +60,13 @@ class NavigationConfig:
 class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
     """Observation, reward and end of an episode.
 
-    Commands are (v, ω) in m/s and rad/s. The task does not know who chose them.
+    Commands are (v, ω) in m/s and rad/s. The task does not know which driver chose them.
+
+    Attributes:
+        readings: of base and goal at the present instant; physics is read once a step.
     """
+
+    readings: Readings
 
     def __init__(
         self,
@@ -78,7 +83,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
             reward: what a step earns.
             rng: where starts and goals are drawn from.
             held_out: (n, 2) metres, goals of the stored evaluation sets, which no drawn goal comes near.
-            rule: how starts and goals are drawn.
+            rule: draws starts and goals.
         """
         self.config = config
         self.reward = reward
@@ -89,12 +94,11 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         self._rule = rule
         self._next_pair: tuple[Pose, tuple[float, float]] | None = None
         self.start = Pose(0.0, 0.0, 0.0)  # of the episode, as it was set: the pose read back differs in the last bit
-        self._reset_episode(np.inf)
+        self._reset_episode()
 
-    def _reset_episode(self, distance: float) -> None:
+    def _reset_episode(self) -> None:
         self.outcome = Outcome.RUNNING
         self.reward_terms: Mapping[str, float] = {}
-        self._distance = distance
         self._steps = 0
 
     # Episode ------------------------------------------------------------------------------------------------------
@@ -104,18 +108,19 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         self._next_pair = (start, goal)
 
     def initialize_episode(self, physics: Physics) -> None:
-        """Put robot and goal in their places."""
+        """Place robot and goal."""
         self.start, goal = self._next_pair or self._rule.draw(self.rng, self._held_out)
         self._next_pair = None
         physics.set_pose(self.start)
         physics.set_goal(*goal)
         self.laser.begin_episode(physics)
-        self._reset_episode(physics.goal_distance())
+        self.readings = physics.readings()
+        self._reset_episode()
 
     def move_goal(self, physics: Physics, goal: tuple[float, float]) -> None:
-        """Another goal for the episode in progress; the next step's progress is measured from here to it."""
+        """Change the goal of the episode in progress; the next step's progress is measured towards it."""
         physics.move_goal(*goal)
-        self._distance = physics.goal_distance()
+        self.readings = physics.readings()
 
     # State ----------------------------------------------------------------------------------------------------------
 
@@ -126,13 +131,13 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
             "next_pair": self._next_pair and [list(part) for part in self._next_pair],
             "outcome": str(self.outcome),
             "reward_terms": dict(self.reward_terms),
-            "distance": self._distance,
             "steps": self._steps,
             "laser": self.laser.state(),
         }
 
-    def load_state(self, state: Mapping[str, Any]) -> None:
-        """Restore what state() gave."""
+    def load_state(self, state: Mapping[str, Any], physics: Physics) -> None:
+        """Restore what state() gave; `physics` has its own already."""
+        self.readings = physics.readings()
         self.start = Pose(*state["start"])
         self._next_pair = None
         if state["next_pair"]:
@@ -140,7 +145,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
             self.set_next_pair(Pose(*start), (goal[0], goal[1]))
         self.outcome = Outcome(state["outcome"])
         self.reward_terms = dict(state["reward_terms"])
-        self._distance, self._steps = state["distance"], state["steps"]
+        self._steps = state["steps"]
         self.laser.load_state(state["laser"])
 
     @property
@@ -162,22 +167,22 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
     def after_step(self, physics: Physics) -> None:
         """Judge the step: outcome and reward terms."""
         self._steps += 1
-        distance = physics.goal_distance()
+        previous_distance, self.readings = self.readings.goal_distance, physics.readings()
+        distance = self.readings.goal_distance
         if physics.crashed():
             self.outcome = Outcome.CRASHED
         elif distance <= self.config.goal_radius:
             self.outcome = Outcome.REACHED
         elif self._steps >= self.config.time_limit_steps:
             self.outcome = Outcome.TIMEOUT
-        self.reward_terms = self.reward.terms(self.outcome, self._distance, distance)
-        self._distance = distance
+        self.reward_terms = self.reward.terms(self.outcome, previous_distance, distance)
 
     def get_reward(self, physics: Physics) -> float:
         """Sum of the reward terms."""
         return sum(self.reward_terms.values())
 
     def get_termination(self, physics: Physics) -> float | None:
-        """Discount at the end of an episode: 0 where it ended, 1 where only time was up, None while it goes on.
+        """Discount at the end of an episode: 0 at a terminal state, 1 at the time limit, None while it goes on.
 
         The time limit is judged here and not by control.Environment, whose own would turn a crash in the last step
         into a time-out.
@@ -192,8 +197,8 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         """Scan (num_beams,) m, velocity (2,) m/s and rad/s, goal in the robot frame (2,) m; all float64."""
         return {
             "ranges": self.laser.ranges(physics),
-            "velocity": np.array(physics.velocity()),
-            "goal": np.array(physics.goal_in_robot_frame()),
+            "velocity": np.array(self.readings.velocity),
+            "goal": np.array(self.readings.goal_in_robot_frame),
         }
 
     def observation_spec(self, physics: Physics) -> dict[str, specs.BoundedArray]:
@@ -217,5 +222,5 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         )
 
     def step_spec(self, physics: Physics) -> dm_env.TimeStep:
-        """Unused by this project; dm_control asks tasks for it."""
+        """Unused here; dm_control declares it abstract."""
         raise NotImplementedError

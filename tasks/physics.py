@@ -13,15 +13,16 @@ from dm_control import mujoco as dm_mujoco
 from tasks.constants import MAX_RANGE, MAX_SONAR_RANGE, MIN_RANGE, MIN_SONAR_RANGE, TRACK, TURN_RATE_LIMIT, WHEEL_RADIUS
 from tasks.errors import TaskError
 from tasks.graphics.rendering import OffscreenRenderer, Picture
+from tasks.scene.state_digest import state_digest
 
 FloatArray = npt.NDArray[np.float64]
 
 MOVABLE_GROUP = 1  # geom group of class `movable` in models/mjcf/rooms/common.xml
-# Physics steps between two looks at the contacts: 25 ms at 5 ms a step. A graze shorter than the control step counts.
+# Physics steps between two checks of the contacts: 25 ms at 5 ms a step. A graze shorter than the control step counts.
 STEPS_BETWEEN_CONTACT_CHECKS = 5
 _SENSORS_OFF = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 _FULL_STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)  # with less of it a continuation drifts by 4e-6
-_NOTHING, _CRASH, _PUSH = 0, 1, 2  # what a contact of two geoms means
+_CRASH, _PUSH = 1, 2  # kinds of contact between two geoms; 0 is any other
 
 
 class Pose(NamedTuple):
@@ -39,6 +40,22 @@ class Velocity(NamedTuple):
     angular: float
 
 
+class Readings(NamedTuple):
+    """What is known of base and goal at one instant.
+
+    Attributes:
+        pose: of the base, world frame.
+        velocity: of the base, robot frame.
+        goal_in_robot_frame: the goal ahead of (x) and to the left of (y) the base, metres.
+        goal_distance: between base and goal, metres.
+    """
+
+    pose: Pose
+    velocity: Velocity
+    goal_in_robot_frame: tuple[float, float]
+    goal_distance: float
+
+
 class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no types
     """A scene with a Pioneer: commands in, readings out.
 
@@ -50,12 +67,12 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         super()._reload_from_data(data)
         model = self.model.ptr
         geom = mujoco.mjtObj.mjOBJ_GEOM
-        self._base_body = self._id(mujoco.mjtObj.mjOBJ_BODY, "base")
-        self._goal_mocap = int(model.body_mocapid[self._id(mujoco.mjtObj.mjOBJ_BODY, "goal")])
-        joint = self._id(mujoco.mjtObj.mjOBJ_JOINT, "base")
+        self._base_body = self._find_id(mujoco.mjtObj.mjOBJ_BODY, "base")
+        self._goal_mocap = int(model.body_mocapid[self._find_id(mujoco.mjtObj.mjOBJ_BODY, "goal")])
+        joint = self._find_id(mujoco.mjtObj.mjOBJ_JOINT, "base")
         self._base_qpos = int(model.jnt_qposadr[joint])
         self._base_qvel = int(model.jnt_dofadr[joint])
-        self._wheels = [self._id(mujoco.mjtObj.mjOBJ_ACTUATOR, f"{side}_wheel") for side in ("left", "right")]
+        self._wheels = [self._find_id(mujoco.mjtObj.mjOBJ_ACTUATOR, f"{side}_wheel") for side in ("left", "right")]
         self._wheel_dofs = [int(model.joint(f"{side}_wheel").dofadr[0]) for side in ("left", "right")]
         self._robot_bodies = set(np.flatnonzero(np.asarray(model.body_rootid) == self._base_body).tolist())
         self._sensors = self._sensor_slices()
@@ -65,19 +82,19 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         robot = np.asarray(model.body_rootid)[model.geom_bodyid] == self._base_body
         movable = np.asarray(model.geom_group) == MOVABLE_GROUP
         obstacle = ~robot & ~movable
-        obstacle[self._id(geom, "floor")] = False
-        meaning = _CRASH * np.outer(robot, obstacle) + _PUSH * np.outer(robot, movable & ~robot)
+        obstacle[self._find_id(geom, "floor")] = False
+        kinds = _CRASH * np.outer(robot, obstacle) + _PUSH * np.outer(robot, movable & ~robot)
         # Nested lists, not an array: looking up three or four pairs is several times faster in plain Python.
-        self._meaning: list[list[int]] = (meaning + meaning.T).tolist()
-        self._body_of: list[int] = model.geom_bodyid.tolist()
+        self._contact_kinds: list[list[int]] = (kinds + kinds.T).tolist()
+        self._geom_bodies: list[int] = model.geom_bodyid.tolist()
         self._crashed = False
         self._pushed: set[int] = set()
-        self._still: mujoco.MjData | None = None
+        self._scratch: mujoco.MjData | None = None
         # Seconds from the instant of a step's scan to the step's end; a laser with latency sets it.
         self.scan_delay = 0.0
         self._delayed: FloatArray | None = None
 
-    def _id(self, kind: mujoco.mjtObj, name: str) -> int:
+    def _find_id(self, kind: mujoco.mjtObj, name: str) -> int:
         index: int = mujoco.mj_name2id(self.model.ptr, kind, name)
         if index < 0:
             raise ValueError(f"the scene lacks the {kind.name[6:].lower()} {name!r} that every robot scene must have")
@@ -137,6 +154,10 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         self._crashed, self._pushed = state["crashed"], set(state["pushed"])
         self.scan_delay, self._delayed = state["scan_delay"], state["delayed_scan"]
 
+    def state_digest(self) -> int:
+        """A number that identifies all positions and velocities to the last bit."""
+        return state_digest(self.data.ptr.qpos.tobytes(), self.data.ptr.qvel.tobytes())
+
     def copy(self, share_model: bool = False) -> Self:
         """A copy in the same state, with the same model if `share_model`."""
         copied: Self = super().copy(share_model)
@@ -178,10 +199,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         self.data.ptr.mocap_pos[self._goal_mocap] = [x, y, 0.0]
 
     def move_goal(self, x: float, y: float) -> None:
-        """The same within an episode: readings of where the goal's body is are up to date at once.
-
-        The other bodies' places are worked out anew too, from what they were worked out from: no trajectory changes.
-        """
+        """The same within an episode: the positions of all bodies are up to date at once, and no trajectory changes."""
         self.set_goal(x, y)
         mujoco.mj_kinematics(self.model.ptr, self.data.ptr)
 
@@ -193,22 +211,22 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         options = model.opt
         self._crashed = False
         self._pushed.clear()
-        late = min(round(self.scan_delay / options.timestep), nstep)
+        delay_steps = min(round(self.scan_delay / options.timestep), nstep)
         with self.check_invalid_state():
             flags = options.disableflags
             options.disableflags = flags | _SENSORS_OFF
             try:
-                if late:
-                    self._advance(nstep - late)
+                if delay_steps:
+                    self._advance(nstep - delay_steps)
                     options.disableflags = flags
                     mujoco.mj_step1(model, data)
                     options.disableflags = flags | _SENSORS_OFF
                     self._delayed = self.ranges()
-                self._advance(late or nstep)
+                self._advance(delay_steps or nstep)
             finally:
                 options.disableflags = flags
             mujoco.mj_step1(model, data)
-        self._note_contacts()
+        self._record_contacts()
 
     def _advance(self, nstep: int) -> None:
         model, data = self.model.ptr, self.data.ptr
@@ -219,23 +237,23 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         while done < nstep:
             chunk = min(STEPS_BETWEEN_CONTACT_CHECKS, nstep - done)
             mujoco.mj_step(model, data, chunk)
-            self._note_contacts()
+            self._record_contacts()
             done += chunk
 
-    def _note_contacts(self) -> None:
-        meaning = self._meaning
+    def _record_contacts(self) -> None:
+        kinds = self._contact_kinds
         for first, second in self.data.ptr.contact.geom.tolist():
-            what = meaning[first][second]
-            if what == _CRASH:
+            kind = kinds[first][second]
+            if kind == _CRASH:
                 self._crashed = True
-            elif what == _PUSH:
-                self._pushed |= {self._body_of[first], self._body_of[second]} - self._robot_bodies
+            elif kind == _PUSH:
+                self._pushed |= {self._geom_bodies[first], self._geom_bodies[second]} - self._robot_bodies
 
     def render(self, height: int = 240, width: int = 320, camera_id: str | int = "chase") -> Picture:
         """A picture of the scene, uint8 (height, width, 3), by a camera's name or number, −1 the overall view.
 
-        dm_control's own would open a screen first; of its arguments these are kept. For many pictures keep an
-        OffscreenRenderer (tasks.graphics.rendering), which also takes an mujoco.MjData; depth is mujoco.Renderer's.
+        dm_control's own opens a screen first; these are the arguments it shares. For many pictures keep an
+        OffscreenRenderer (tasks.graphics.rendering); for depth use mujoco.Renderer.
         """
         renderer = OffscreenRenderer(self.model.ptr, width, height)
         try:
@@ -250,7 +268,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
 
         A beam that meets nothing reads the maximum range.
         """
-        return self._rays(self._ranges, MIN_RANGE, MAX_RANGE)
+        return self._read_ranges(self._ranges, MIN_RANGE, MAX_RANGE)
 
     def delayed_ranges(self) -> FloatArray:
         """The same, `scan_delay` seconds before the end of the last step()."""
@@ -261,28 +279,28 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
 
         (0,) for a robot without sonars.
         """
-        return self._rays(self._sonar_ranges, MIN_SONAR_RANGE, MAX_SONAR_RANGE)
+        return self._read_ranges(self._sonar_ranges, MIN_SONAR_RANGE, MAX_SONAR_RANGE)
 
-    def _rays(self, part: slice, low: float, high: float) -> FloatArray:
+    def _read_ranges(self, part: slice, low: float, high: float) -> FloatArray:
         readings: FloatArray = self.data.ptr.sensordata[part].copy()
         readings[readings < 0.0] = high  # MuJoCo's "no hit"
         return np.clip(readings, low, high, out=readings)
 
     def sensor(self, name: str) -> FloatArray:
-        """What a sensor of the scene reads in the present state, in the units of its kind: float64 (dim,).
+        """A sensor's reading in the present state, in the units of its kind: float64 (dim,).
 
-        Forces and accelerations (`accelerometer`, `bumper`) are worked out on a copy: reading changes no trajectory.
+        Forces and accelerations (`accelerometer`, `bumper`) are computed on a copy: reading changes no trajectory.
 
         Raises:
             TaskError: there is no sensor of that name.
         """
         if name not in self._sensors:
             raise TaskError(f"there is no sensor {name!r}; there are {', '.join(self._sensors)}")
-        if self._still is None:
-            self._still = mujoco.MjData(self.model.ptr)
-        mujoco.mj_copyData(self._still, self.model.ptr, self.data.ptr)
-        mujoco.mj_forward(self.model.ptr, self._still)
-        reading: FloatArray = self._still.sensordata[self._sensors[name]].copy()
+        if self._scratch is None:
+            self._scratch = mujoco.MjData(self.model.ptr)
+        mujoco.mj_copyData(self._scratch, self.model.ptr, self.data.ptr)
+        mujoco.mj_forward(self.model.ptr, self._scratch)
+        reading: FloatArray = self._scratch.sensordata[self._sensors[name]].copy()
         return reading
 
     def wheel_speeds(self) -> FloatArray:
@@ -296,28 +314,26 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
 
     def velocity(self) -> Velocity:
         """Velocity of the base in the robot frame."""
-        vx, vy, _, _, _, yaw_rate = self.data.ptr.qvel[self._base_qvel : self._base_qvel + 6].tolist()
-        yaw = self.pose().yaw
-        return Velocity(vx * math.cos(yaw) + vy * math.sin(yaw), yaw_rate)
+        return self.readings().velocity
 
     def goal(self) -> tuple[float, float]:
         """Goal in the world frame, metres."""
         x, y, _ = self.data.ptr.mocap_pos[self._goal_mocap].tolist()
         return x, y
 
-    def goal_in_robot_frame(self) -> tuple[float, float]:
-        """Goal ahead of (x) and to the left of (y) the base, metres."""
+    def goal_distance(self) -> float:
+        """Distance between base and goal, metres."""
+        return self.readings().goal_distance
+
+    def readings(self) -> Readings:
+        """Pose, velocity and goal together, which costs less than one after the other."""
         pose = self.pose()
+        vx, vy, _, _, _, yaw_rate = self.data.ptr.qvel[self._base_qvel : self._base_qvel + 6].tolist()
         goal_x, goal_y = self.goal()
         dx, dy = goal_x - pose.x, goal_y - pose.y
         cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
-        return cos * dx + sin * dy, cos * dy - sin * dx
-
-    def goal_distance(self) -> float:
-        """Distance between base and goal, metres."""
-        pose = self.pose()
-        goal_x, goal_y = self.goal()
-        return math.hypot(goal_x - pose.x, goal_y - pose.y)
+        velocity = Velocity(vx * cos + vy * sin, yaw_rate)
+        return Readings(pose, velocity, (cos * dx + sin * dy, cos * dy - sin * dx), math.hypot(dx, dy))
 
     def crashed(self) -> bool:
         """Whether the robot touched anything but the floor and class `movable` during the last step()."""

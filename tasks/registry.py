@@ -10,7 +10,6 @@ from dm_control.rl import control
 
 from tasks.errors import TaskError
 from tasks.navigation import Navigation, NavigationConfig
-from tasks.physics import Physics
 from tasks.rewards import REWARDS, Reward
 from tasks.room_geometry.held_out import held_out_goals
 from tasks.room_geometry.start_goal import FreeSpaceRule, OriginRule, PairRule
@@ -19,10 +18,10 @@ from tasks.scene.loading import TASK_CAMERAS, open_scene, scene_path
 
 @dataclass(frozen=True)
 class TaskDefinition:
-    """What sets a task apart from the others; its scene goes by its name.
+    """A task's own settings; its scene has its name.
 
     Attributes:
-        reward: name of its reward where none is asked for.
+        reward: name of its default reward.
         rule: makes the rule of its starts and goals from the compiled scene.
     """
 
@@ -32,7 +31,7 @@ class TaskDefinition:
 
 # Sparse in the complex room, as in the paper (section V-C), and in the rooms harder than that.
 # 8 m are 16 s at full speed, of the 40 s of an episode. 1.5 m keep the goal's circle off the start and still give, in
-# the gazebo room, ways round a single table; the office is large enough to ask for ways that mostly leave the room.
+# the gazebo room, paths round a single table; in the large office most paths of 3 m and more leave the room.
 DEFINITIONS: Mapping[str, TaskDefinition] = {
     "nav_empty": TaskDefinition("dense", OriginRule),
     "nav_simple": TaskDefinition("dense", OriginRule),
@@ -61,36 +60,37 @@ def load(
     Raises:
         TaskError: no such task or reward, or its scene file is broken.
     """
-    definition = definition_of(task_name)
+    definition = find_definition(task_name)
     config = config or NavigationConfig()
     reward = reward or definition.reward
     physics = open_scene(scene_path(task_name), TASK_CAMERAS, config.laser.num_beams)
     task = Navigation(
         config,
-        named_reward(reward) if isinstance(reward, str) else reward,
+        find_reward(reward) if isinstance(reward, str) else reward,
         np.random.default_rng(random),
         held_out_goals(task_name),
-        _rule_of(definition, physics, task_name),
+        make_rule(task_name, physics.model.ptr),
     )
     return control.Environment(physics, task, control_timestep=config.control_timestep)
 
 
-def _rule_of(definition: TaskDefinition, physics: Physics, task_name: str) -> PairRule:
+def make_rule(task_name: str, model: mujoco.MjModel) -> PairRule:
+    """The rule of a task's starts and goals in its compiled scene; TaskError where the scene leaves none."""
     try:
-        return definition.rule(physics.model.ptr)
+        return find_definition(task_name).rule(model)
     except TaskError as error:
         raise TaskError(f"the scene {scene_path(task_name)} gives no starts and goals: {error}") from error
 
 
-def definition_of(task_name: str) -> TaskDefinition:
-    """The task of that name; TaskError where there is none."""
+def find_definition(task_name: str) -> TaskDefinition:
+    """The definition of a task; TaskError where there is no task of that name."""
     if task_name not in DEFINITIONS:
         raise TaskError(f"there is no task {task_name!r}; there are {', '.join(ALL_TASKS)}")
     return DEFINITIONS[task_name]
 
 
-def named_reward(name: str) -> Reward:
-    """The reward of that name; TaskError where there is none."""
+def find_reward(name: str) -> Reward:
+    """The reward of a name; TaskError where there is none."""
     if name not in REWARDS:
         raise TaskError(f"there is no reward {name!r}; there are {', '.join(REWARDS)}")
     return REWARDS[name]

@@ -1,4 +1,4 @@
-"""The form of everything under models/mjcf: `python -m tools.check_models`."""
+"""Check the format of everything under models/mjcf: `python -m tools.check_models`."""
 
 import itertools
 import re
@@ -23,7 +23,7 @@ _KNOWN_DIFFERENCES = re.compile(r"^(#+ |\*\*)Known differences", re.MULTILINE)
 
 
 class Fault(NamedTuple):
-    """What is wrong, in a sentence, and where."""
+    """A fault in a sentence, and its file and line."""
 
     path: Path
     line: int
@@ -33,8 +33,8 @@ class Fault(NamedTuple):
         return f"{self.path}:{self.line}: {self.sentence}"
 
 
-def faults(root: Path) -> list[Fault]:
-    """Everything that is wrong with the models under `root`, whose folders, scenes apart, each explain themselves."""
+def find_faults(root: Path) -> list[Fault]:
+    """All faults of the models under `root`, and of the README that each folder but that of the scenes must have."""
     found: list[Fault] = []
     for path in sorted(root.rglob("*.xml")):
         found += xml_faults(path)
@@ -46,7 +46,7 @@ def faults(root: Path) -> list[Fault]:
 
 
 def xml_faults(path: Path) -> list[Fault]:
-    """Faults in a file's text: whether it is XML, and its layout."""
+    """Faults in a file's syntax and layout."""
     text = path.read_text(encoding="utf-8")
     try:
         ET.fromstring(text)
@@ -79,16 +79,16 @@ def _indent_faults(path: Path, text: str) -> list[Fault]:
     for number, line in enumerate(blanked.split("\n"), start=1):
         tags = re.findall(r"</|/>|<(?=\w)", line)
         if line.lstrip().startswith("<"):
-            wanted = INDENT * (depth - line.lstrip().startswith("</"))
+            expected = INDENT * (depth - line.lstrip().startswith("</"))
             indent = len(line) - len(line.lstrip())
-            if indent != wanted:
-                found.append(Fault(path, number, f"the tag stands in column {indent}; its depth wants {wanted}"))
+            if indent != expected:
+                found.append(Fault(path, number, f"the tag stands in column {indent}; its depth requires {expected}"))
         depth += sum(1 if tag == "<" else -1 for tag in tags)
     return found
 
 
 def scene_faults(path: Path) -> list[Fault]:
-    """Whether a scene compiles and everything in it has a name."""
+    """Faults of a scene that does not compile or has nameless elements."""
     try:
         model = mujoco.MjModel.from_xml_path(str(path))
     except ValueError as error:
@@ -107,7 +107,7 @@ def _nameless(model: mujoco.MjModel, kind: str) -> list[int]:
 
 
 def folder_faults(folder: Path) -> list[Fault]:
-    """Whether a folder of models has a README with all that belongs in it."""
+    """Faults of a folder's README: missing, or without picture, sources, differences or a file's name."""
     readme = folder / "README.md"
     if not readme.is_file():
         return [Fault(readme, 1, "a folder with XML files needs a README.md")]
@@ -133,7 +133,7 @@ def _picture_faults(readme: Path, text: str) -> Iterator[Fault]:
 
 
 def _has_source_column(text: str) -> bool:
-    """Whether a row that stands above a row of dashes has a cell `source`."""
+    """Whether a table's head has a cell `source`."""
     lines = text.splitlines()
     return any(
         "source" in [cell.strip() for cell in head.split("|")] and re.fullmatch(r"\|[\s:|-]+\|", rule.strip())
@@ -142,15 +142,15 @@ def _has_source_column(text: str) -> bool:
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Print every fault and exit with status 1, or say that there is none."""
+    """Print every fault and exit with status 1, or print that there is none."""
     if arguments:
         raise UserError("the check takes no words")
-    found = faults(MODELS)
+    found = find_faults(MODELS)
     for fault in found:
         print(fault._replace(path=_short(fault.path)))
     if found:
         sys.exit(1)
-    print(f"{len(list(MODELS.rglob('*.xml')))} model files are in form")
+    print(f"{len(list(MODELS.rglob('*.xml')))} model files are well formed")
 
 
 def _short(path: Path) -> Path:

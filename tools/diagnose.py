@@ -85,8 +85,7 @@ def main(arguments: Sequence[str]) -> None:
     snapshots = [_examined(examination, agent, path) for path in weights]
     diagnosis = diagnosis_of(str(folder.path), config, examination, snapshots, training)
     write_json(folder.diagnosis / "diagnosis.json", as_json(diagnosis))
-    obstacles = Obstacles.from_model(environment.get_wrapper_attr("physics").model.ptr)
-    _draw(diagnosis, obstacles, examination, folder.diagnosis)
+    _draw(diagnosis, environment.get_wrapper_attr("obstacles"), examination, folder.diagnosis)
     print(f"written to {folder.diagnosis}")
 
 

@@ -1,7 +1,6 @@
-"""Draw the stored evaluation sets anew: `python -m tools.draw_held_out`.
+"""Draw the stored evaluation sets: `python -m tools.draw_held_out`.
 
-They were drawn once by this program; running it again writes the same files. Results made with other sets compare with
-nothing, so there is no reason to change them.
+A repeated run writes the same files. Do not change them: results on other sets are not comparable.
 """
 
 import json

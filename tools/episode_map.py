@@ -15,7 +15,7 @@ from asddpg.recording.files.reading import open_recording
 from tasks.graphics.headless import mujoco
 from tasks.graphics.rendering import Picture
 from tasks.room_geometry.obstacles import Obstacles
-from tools.drawing.map_view import MapView, view_of
+from tools.drawing.map_view import MapView, fit_view
 from tools.drawing.matplotlib_check import check_matplotlib
 from tools.drawing.picture_file import picture_file
 from tools.recordings.arguments import files_and_options
@@ -60,7 +60,7 @@ def _seen(files: Sequence[Path], size: int) -> tuple[list[Way], MapView, Picture
             data = mujoco.MjData(model)
             mujoco.mj_copyData(data, model, states.physics.data.ptr)
     _put_away(model, data, with_robot=len(files) > 1)
-    view = view_of(Obstacles.from_model(model))
+    view = fit_view(Obstacles.from_model(model))
     return ways, view, view.render(model, data, size / max(view.width, view.height)), tasks.pop()
 
 

@@ -23,7 +23,6 @@ from asddpg.recording.samples import NANOSECONDS
 from asddpg.runs.provenance import environment_hash
 from asddpg.runs.run_folder import training_in
 from tasks.errors import TaskError
-from tasks.scene.state_digest import state_digest
 from tools.recordings.files import files_named
 
 RUNNING = "running"
@@ -63,7 +62,7 @@ def _difference(recording: Recording, steps: Sequence[Mapping[str, Any]], record
             navigation_env(environment).set_goal(*goal)
         *_, info = environment.step(action)
         outcome = info.get("outcome", RUNNING)
-        if state_digest(navigation_env(environment).physics.data.ptr) != digest:
+        if navigation_env(environment).physics.state_digest() != digest:
             return f"the first to differ is step {number} (from 0) of {len(steps)}{_versions(recording.facts)}"
     return "" if recorded in (outcome, *OPEN_ENDS) else f"{outcome} in the end, {recorded} in the recording"
 

@@ -15,11 +15,11 @@ import tasks
 from asddpg.errors import UserError
 from asddpg.program import run
 from tasks.physics import Physics
-from tasks.registry import definition_of
+from tasks.registry import make_rule
 from tasks.room_geometry.start_goal import PairRule
-from tasks.scene.checks import missing_elements
+from tasks.scene.checks import find_missing_elements
 from tasks.scene.loading import load_model, robot_physics
-from tools.robot.pacing import Pace
+from tools.robot.pacing import RealTimeClock
 from tools.robot.scene_argument import ROBOT, scene_file
 from tools.robot.teleop_keys import BACKSPACE, HELP, Teleop
 from tools.robot.viewer import check_screen, open_viewer
@@ -79,9 +79,9 @@ def drive(driven: TeleopSession) -> None:
     keys: queue.SimpleQueue[int] = queue.SimpleQueue()
     data = driven.physics.data.ptr
     with open_viewer(driven.physics.model.ptr, data, keys.put) as viewer:
-        pace = Pace(driven.frame)
+        clock = RealTimeClock(driven.frame)
         while viewer.is_running():
-            frames = pace.wait()
+            frames = clock.wait_frames()
             with viewer.lock():
                 while not keys.empty():
                     driven.press(keys.get())
@@ -97,9 +97,9 @@ def look(model: mujoco.MjModel) -> None:
     """The viewer without teleop, until its window is closed."""
     data = mujoco.MjData(model)
     with open_viewer(model, data, lambda _: None) as viewer:
-        pace = Pace(FRAME)
+        clock = RealTimeClock(FRAME)
         while viewer.is_running():
-            end = data.time + pace.wait() * FRAME
+            end = data.time + clock.wait_frames() * FRAME
             with viewer.lock():
                 while data.time < end:
                     mujoco.mj_step(model, data)
@@ -119,13 +119,13 @@ def main(arguments: Sequence[str]) -> None:
     path = scene_file(arguments[0])
     model = load_model(path)
     check_screen()
-    missing = missing_elements(model)
+    missing = find_missing_elements(model)
     if missing:
         print(f"the scene {path} lacks the {missing[0]}: it has no Pioneer to drive and is shown only")
         look(model)
         return
     print("\n".join(f"  {keys:<12} {meaning}" for keys, meaning in HELP), flush=True)
-    rule = definition_of(arguments[0]).rule(model) if arguments[0] in tasks.ALL_TASKS else None
+    rule = make_rule(arguments[0], model) if arguments[0] in tasks.ALL_TASKS else None
     drive(TeleopSession(robot_physics(model, path), rule))
 
 

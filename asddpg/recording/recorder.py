@@ -86,7 +86,7 @@ class Recorder:
         is_video = cameras is not None and cameras.is_video
         channels = Channels(cameras.names if cameras else (), is_video)
         model, scan_shape = environment.physics.model.ptr, environment.scan_shape
-        layout, scene = Layout(BodyFrames.of(model), scan_shape, is_video), scene_message(model)
+        layout, scene = Layout(BodyFrames.from_model(model), scan_shape, is_video), scene_message(model)
         self._files = RecordingFiles(folder, channels, provenance.config, layout, scene)
         self._kept = deque(sorted(folder.glob("*.mcap")))
         self._reader = MomentReader(environment, cameras)

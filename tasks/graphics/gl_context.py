@@ -1,4 +1,4 @@
-"""An OpenGL context without a window: EGL's where MUJOCO_GL asks for nothing else, or else OSMesa's if it is there."""
+"""An OpenGL context without a window: what MUJOCO_GL names, else EGL's, else OSMesa's."""
 
 import importlib
 import os
@@ -21,25 +21,25 @@ def open_context(width: int, height: int) -> Any:
     """A context for pictures of width × height pixels, made current.
 
     Raises:
-        TaskError: no graphics library that works, or MUJOCO_GL names none.
+        TaskError: no graphics library works, or MUJOCO_GL names none that renders.
     """
-    asked_for = os.environ.get(_SWITCH, "").strip().lower()
-    if asked_for:
-        if asked_for not in MODULES:
-            raise TaskError(f"{_SWITCH}={asked_for} renders no pictures; {', '.join(MODULES)} do, or leave it unset")
-        return _open(asked_for, width, height)
+    backend = os.environ.get(_SWITCH, "").strip().lower()
+    if backend:
+        if backend not in MODULES:
+            raise TaskError(f"{_SWITCH}={backend} renders no pictures; {', '.join(MODULES)} do, or leave it unset")
+        return _open(backend, width, height)
     try:
         return _open("egl", width, height)
-    except TaskError as no_egl:
-        return _open_osmesa_or_raise(no_egl, width, height)
+    except TaskError as egl_error:
+        return _open_osmesa_or_raise(egl_error, width, height)
 
 
-def graphics_missing(backend: str, error: Exception) -> TaskError:
-    """The sentence for a graphics library that fails."""
+def missing_graphics_error(backend: str, error: Exception) -> TaskError:
+    """The error that says which graphics library fails and which packages bring it."""
     # What PyOpenGL raises for a missing library is "'NoneType' object has no attribute …".
-    why = f"{LIBRARIES[backend]} is missing" if isinstance(error, AttributeError) else " ".join(str(error).split())
+    reason = f"{LIBRARIES[backend]} is missing" if isinstance(error, AttributeError) else " ".join(str(error).split())
     return TaskError(
-        f"pictures need a graphics library, and {backend} does not work ({why.rstrip('.')}); on Debian: "
+        f"pictures need a graphics library, and {backend} does not work ({reason.rstrip('.')}); on Debian: "
         f"apt-get install --no-install-recommends {PACKAGES[backend]}"
     )
 
@@ -49,24 +49,24 @@ def _open(backend: str, width: int, height: int) -> Any:
         context = importlib.import_module(MODULES[backend]).GLContext(width, height)
         context.make_current()
     except (ImportError, AttributeError, RuntimeError, OSError) as error:
-        raise graphics_missing(backend, error) from error
+        raise missing_graphics_error(backend, error) from error
     return context
 
 
-def _open_osmesa_or_raise(no_egl: TaskError, width: int, height: int) -> Any:
-    """OSMesa in place of EGL; where that fails too, EGL's sentence."""
-    _forget_pyopengl()
-    os.environ[_SWITCH] = "osmesa"  # MuJoCo's library looks there for where to take OpenGL's functions from
+def _open_osmesa_or_raise(egl_error: TaskError, width: int, height: int) -> Any:
+    """OSMesa in place of EGL; where that fails too, EGL's error."""
+    _unload_pyopengl()
+    os.environ[_SWITCH] = "osmesa"  # MuJoCo's library reads there which library has OpenGL's functions
     try:
         return _open("osmesa", width, height)
     except TaskError:
         del os.environ[_SWITCH]
-        _forget_pyopengl()
-        raise no_egl from None
+        _unload_pyopengl()
+        raise egl_error from None
 
 
-def _forget_pyopengl() -> None:
-    """Let PyOpenGL be imported anew: it keeps to the platform that it was first imported for."""
+def _unload_pyopengl() -> None:
+    """Let PyOpenGL be imported anew: it keeps the platform of its first import."""
     os.environ.pop("PYOPENGL_PLATFORM", None)
     for name in [*sys.modules]:
         if name.split(".")[0] == "OpenGL" or name.startswith(("mujoco.egl", "mujoco.osmesa")):

@@ -1,8 +1,8 @@
 """Imports mujoco and dm_control where there is no screen and perhaps no graphics library.
 
-Both look for one at import. mujoco fails where MUJOCO_GL names one that is missing, dm_control tries a screen first and
-warns. Pictures of the tasks have their own loader (rendering.py) and training draws none, so mujoco is imported without
-graphics where it fails with them, and dm_control always. mujoco.Renderer goes on working as MUJOCO_GL has it.
+Both load a graphics library at import: mujoco fails where MUJOCO_GL names a missing one, dm_control tries a screen
+first and warns. Training renders nothing, and rendering.py loads its own library. So dm_control is always imported
+without graphics, and mujoco where it fails with them. mujoco.Renderer still follows MUJOCO_GL.
 """
 
 import contextlib
@@ -12,14 +12,14 @@ from collections.abc import Iterator
 
 @contextlib.contextmanager
 def _no_graphics() -> Iterator[None]:
-    asked_for = os.environ.get("MUJOCO_GL")
+    backend = os.environ.get("MUJOCO_GL")
     os.environ["MUJOCO_GL"] = "disable"
     try:
         yield
     finally:
         del os.environ["MUJOCO_GL"]
-        if asked_for is not None:
-            os.environ["MUJOCO_GL"] = asked_for
+        if backend is not None:
+            os.environ["MUJOCO_GL"] = backend
 
 
 try:

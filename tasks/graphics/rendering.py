@@ -1,7 +1,7 @@
-"""Offscreen pictures of a scene; gl_context.py says by what.
+"""Offscreen pictures of a scene, by the graphics library that gl_context.py finds.
 
-The graphics library is loaded with the first renderer: training that renders nothing needs none. Keep one renderer, in
-one thread: another thread's use of it fails, and a process forked after the first picture hangs in its own first.
+The library is loaded with the first renderer: training that renders nothing needs none. Keep one renderer, in one
+thread: it fails in another thread, and a process forked after a first picture hangs when it renders.
 """
 
 import atexit
@@ -16,7 +16,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tasks.errors import TaskError
-from tasks.graphics.gl_context import graphics_missing, open_context
+from tasks.graphics.gl_context import missing_graphics_error, open_context
 
 Picture = npt.NDArray[np.uint8]
 
@@ -55,9 +55,9 @@ class OffscreenRenderer:
             quality.offsamples = samples if smooth else 0
             self._mjr = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
         except mujoco.FatalError as error:  # OpenGL without the functions that MuJoCo needs
-            raise graphics_missing(os.environ.get("MUJOCO_GL", "").strip().lower() or "egl", error) from error
+            raise missing_graphics_error(os.environ.get("MUJOCO_GL", "").strip().lower() or "egl", error) from error
         finally:
-            quality.offsamples = samples  # it is part of what the scene's hash names
+            quality.offsamples = samples  # the scene's hash covers it
         mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._mjr)
         # Registered after the library's own exit handler and so run before it: a context freed later raises.
         self._at_exit = functools.partial(_close_if_alive, weakref.ref(self))
@@ -73,8 +73,8 @@ class OffscreenRenderer:
 
         Args:
             data: state of the scene.
-            camera: name or number of a camera, `free` or −1 for the model's own overall view, or a view of one's own.
-            decorate: adds to the scene what the model does not have.
+            camera: name or number of a camera, `free` or −1 for the model's overall view, or a camera object.
+            decorate: adds geoms that the model does not have.
 
         Returns:
             uint8 (height, width, 3), first row on top.
@@ -113,7 +113,7 @@ class OffscreenRenderer:
             atexit.unregister(self._at_exit)
 
 
-def _close_if_alive(renderer: "weakref.ref[OffscreenRenderer]") -> None:
-    alive = renderer()
-    if alive is not None:
-        alive.close()
+def _close_if_alive(reference: "weakref.ref[OffscreenRenderer]") -> None:
+    renderer = reference()
+    if renderer is not None:
+        renderer.close()

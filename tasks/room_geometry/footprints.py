@@ -1,11 +1,14 @@
-"""What the robot takes up of the floor, read from the compiled model."""
+"""The robot's footprint on the floor, from the compiled model."""
 
 from typing import NamedTuple
 
 import mujoco
 import numpy as np
 
+from tasks.room_geometry.geom_shapes import reach
 from tasks.room_geometry.outlines import outline
+
+UP = np.array([0.0, 0.0, 1.0])
 
 
 class Footprint(NamedTuple):
@@ -13,7 +16,7 @@ class Footprint(NamedTuple):
 
     Attributes:
         radius: of the circle it needs for turning on the spot.
-        half_width: from the axis to either side, what driving straight through a gap needs.
+        half_width: from the axis to either side, the space it needs for driving straight through a gap.
         height: of its highest part that can touch anything.
     """
 
@@ -23,19 +26,20 @@ class Footprint(NamedTuple):
 
     @classmethod
     def from_model(cls, model: mujoco.MjModel) -> "Footprint":
-        """Of the colliding geoms of body `base` and all that hangs on it, in the model's initial state."""
+        """Of the colliding geoms of body `base` and its children, in the model's initial state."""
         data = mujoco.MjData(model)
         mujoco.mj_kinematics(model, data)
         base = model.body("base").id
         rotation, position = data.xmat[base].reshape(3, 3), data.xpos[base]
-        outlines = [outline(model, data, geom, -np.inf, np.inf) for geom in colliding_robot_geoms(model)]
+        geoms = colliding_robot_geoms(model)
+        outlines = [outline(model, data, geom, -np.inf, np.inf) for geom in geoms]
         corners = np.array([corner for shape in outlines for corner in shape or ()]) - position[:2]
         # Corners from the world's axes into the base's.
         corners = corners @ rotation[:2, :2]
         return cls(
             radius=float(np.hypot(*corners.T).max()),
             half_width=float(np.abs(corners[:, 1]).max()),
-            height=_top(model, data) - float(position[2]),
+            height=max(reach(model, data, geom, UP) for geom in geoms) - float(position[2]),
         )
 
 
@@ -44,13 +48,3 @@ def colliding_robot_geoms(model: mujoco.MjModel) -> list[int]:
     robot = np.asarray(model.body_rootid)[model.geom_bodyid] == model.body("base").id
     collides = (np.asarray(model.geom_contype) != 0) | (np.asarray(model.geom_conaffinity) != 0)
     return [int(geom) for geom in np.flatnonzero(robot & collides)]
-
-
-def _top(model: mujoco.MjModel, data: mujoco.MjData) -> float:
-    """Height of the highest point of the robot's colliding geoms' bounding boxes, metres."""
-    tops = []
-    for geom in colliding_robot_geoms(model):
-        up = data.geom_xmat[geom].reshape(3, 3)[2]
-        centre, half = np.split(model.geom_aabb[geom], 2)
-        tops.append(data.geom_xpos[geom, 2] + up @ centre + np.abs(up) @ half)
-    return float(max(tops))

@@ -1,8 +1,8 @@
-"""Places of a room where the robot can stand and turn, and starts and goals a given way apart, drawn at once.
+"""Places of a room where the robot can stand and turn, and pairs of them a given path apart, drawn without a search.
 
-A path from any start would cost a search. So the searches are done beforehand, from landmarks that lie within a tile of
-every place: with d(L, S) and all d(L, G) known, d(S, G) is known to within d(L, S), and of the goals sorted by d(L, G)
-those whose path from S keeps the bounds for certain are one stretch. A draw is then two random numbers for two cells.
+The searches are done beforehand, from landmarks that lie within a tile of every place. With d(L, S) and all d(L, G)
+known, d(S, G) is known to within d(L, S). Of the goals sorted by d(L, G), those whose path from S certainly keeps the
+bounds are one range. A draw is then two random numbers for two cells.
 """
 
 from functools import lru_cache
@@ -18,7 +18,7 @@ from tasks.room_geometry.obstacles import Obstacles
 
 CELL = 0.1  # m
 TILE = 1.0  # m; least side of the tiles that have a landmark each
-_TILES = 300  # in large rooms the tiles grow, so that about so many do: searches and memory go with their number
+_TILES = 300  # about the largest number of tiles, which grow in large rooms: searches and memory go with it
 _AT_ONCE = 64  # searches in one call, whose result takes eight bytes for each cell of the grid
 
 Point = tuple[float, float]
@@ -27,17 +27,17 @@ Point = tuple[float, float]
 class FreeSpace:
     """The one piece of a room's free space that episodes take place in.
 
-    It is the piece that the robot stands in as the scene's file has it; where it stands in an obstacle, the largest
-    piece that walls enclose; where none is enclosed, the largest.
+    It is the piece around the robot's position in the scene's file; if that lies in an obstacle, the largest piece that
+    walls enclose; if none is enclosed, the largest.
     """
 
     def __init__(self, obstacles: Obstacles, radius: float, home: Point) -> None:
-        """Lay out the places and measure the ways between them.
+        """Find the places and the lengths of the paths between them.
 
         Args:
             obstacles: of the room.
             radius: metres to keep from every obstacle.
-            home: where the robot stands in the scene's file, metres, world frame.
+            home: the robot's position in the scene's file, metres, world frame.
 
         Raises:
             TaskError: no place is free.
@@ -47,34 +47,34 @@ class FreeSpace:
             raise TaskError(
                 f"the room leaves no free place: the robot needs a circle of {radius:.2f} m radius clear of obstacles"
             )
-        cells = _piece(grid, home)
+        cells = _find_piece(grid, home)
         self.centres = grid.points[cells]  # [cells, 2]
-        # How far a place may lie from its cell's centre along x and along y.
+        # Largest distance of a place from its cell's centre along x and along y.
         self._play = np.minimum(CELL / 2, (grid.clearance[cells] - radius) / np.sqrt(2))
-        landmarks = _landmarks(grid, cells)
+        landmarks = _find_landmarks(grid, cells)
         parts = np.split(landmarks, range(_AT_ONCE, len(landmarks), _AT_ONCE))
         # [landmarks, cells]
         distances = np.concatenate([grid.distances(part)[:, cells].astype(np.float32) for part in parts])
         self._landmark: IntArray = np.argmin(distances, axis=0)
         self._offset: FloatArray = distances[self._landmark, np.arange(len(cells))].astype(np.float64)
-        # Stable: how equal distances are ordered otherwise depends on the processor, and with it every draw.
+        # Stable: otherwise the order of equal distances, and with it every draw, depends on the processor.
         self._by_distance = np.argsort(distances, axis=1, kind="stable").astype(np.int32)
         self._distances = np.take_along_axis(distances, self._by_distance, axis=1)
 
     @property
     def longest_path(self) -> float:
-        """A length that no shortest path between two cells exceeds, metres; too long by a tile at most."""
+        """An upper bound on the shortest path between two cells, metres; too long by a tile at most."""
         return float(self._distances.max() + self._offset.max())
 
-    def stretches(self, min_path: float, max_path: float) -> tuple[IntArray, IntArray]:
-        """For every cell as a start, where its goals begin and end (exclusive) among the cells by distance.
+    def goal_ranges(self, min_path: float, max_path: float) -> tuple[IntArray, IntArray]:
+        """For every cell as a start, the first and last (exclusive) rank of its goals among the cells by distance.
 
         Args:
             min_path: metres, least length of the shortest path from start to goal.
             max_path: metres, greatest length.
 
         Returns:
-            Two integer arrays (cells,); a start without goals ends before it begins, or there.
+            Two integer arrays (cells,); for a start without goals last ≤ first.
         """
         # Both places may lie off their cells' centres.
         unsure = self._offset + np.sqrt(2) * (self._play + CELL / 2)
@@ -87,11 +87,11 @@ class FreeSpace:
         return first, last
 
     def goal_cell(self, start_cell: int, rank: int) -> int:
-        """The cell that stands at a place of the order by distance from the start's landmark."""
+        """The cell of a rank in the order by distance from the start's landmark."""
         return int(self._by_distance[self._landmark[start_cell], rank])
 
-    def place(self, cell: int, rng: np.random.Generator) -> Point:
-        """A place drawn uniformly from a cell, no nearer to any obstacle than the radius; metres, world frame."""
+    def draw_place(self, cell: int, rng: np.random.Generator) -> Point:
+        """Draw a place uniformly from a cell, no nearer to any obstacle than the radius; metres, world frame."""
         x, y = self.centres[cell].tolist()
         play = float(self._play[cell])
         return x + play * rng.uniform(-1.0, 1.0), y + play * rng.uniform(-1.0, 1.0)
@@ -99,11 +99,11 @@ class FreeSpace:
 
 @lru_cache(maxsize=8)
 def free_space(obstacles: Obstacles, radius: float, home: Point) -> FreeSpace:
-    """The free space of a room, worked out once for all environments of a process."""
+    """The free space of a room, computed once for all environments of a process."""
     return FreeSpace(obstacles, radius, home)
 
 
-def _piece(grid: Grid, home: Point) -> IntArray:
+def _find_piece(grid: Grid, home: Point) -> IntArray:
     """Indices of the grid's cells that belong to the room."""
     _, pieces = connected_components(grid.graph, directed=False)
     at_home = grid.nearest(home)
@@ -120,8 +120,8 @@ def _border(grid: Grid) -> BoolArray:
     return ~inner.ravel()
 
 
-def _landmarks(grid: Grid, cells: IntArray) -> IntArray:
-    """One cell for each tile, or for each part of a tile that walls cut in pieces: the one nearest to its middle."""
+def _find_landmarks(grid: Grid, cells: IntArray) -> IntArray:
+    """The middle cell of each tile, or of each part of a tile that walls divide."""
     tile = max(TILE, CELL * np.sqrt(len(cells) / _TILES))
     tiles = np.floor(grid.points / tile).astype(int)
     graph = grid.graph.tocoo()

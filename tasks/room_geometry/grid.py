@@ -55,7 +55,7 @@ class Grid:
 
         Args:
             cells: indices, (...).
-            limit: metres; paths longer than this are not looked for.
+            limit: metres; longer paths are not searched.
 
         Returns:
             float64 (..., cells), metres; inf where no path leads.
@@ -83,7 +83,7 @@ def _clearances(
 ) -> FloatArray:
     """Distances to the nearest obstacle, at most `cap`, on the lattice of the cells and of the points halfway.
 
-    Each obstacle is looked at only in its neighbourhood: the work grows with the room, not with room times obstacles.
+    Each obstacle is evaluated only in its neighbourhood: the cost grows with the room, not with room times obstacles.
     """
     lattice = np.full((2 * cells[0] - 1, 2 * cells[1] - 1), cap)
     for shape in obstacles.outlines:
@@ -93,11 +93,11 @@ def _clearances(
         window = lattice[begin[0] : end[0], begin[1] : end[1]]
         axes = [(np.arange(b, e) + f) * spacing for b, e, f in zip(begin, end, first, strict=True)]
         points = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
-        np.minimum(window, _alone(shape).clearance(points), out=window)
+        np.minimum(window, _single_obstacle(shape).clearance(points), out=window)
     return lattice
 
 
-def _alone(shape: Outline) -> Obstacles:
+def _single_obstacle(shape: Outline) -> Obstacles:
     return Obstacles((shape,), (0.0, 0.0), (0.0, 0.0))
 
 

@@ -1,4 +1,4 @@
-"""The stored evaluation sets: start-goal pairs that training never sees, the same for everybody."""
+"""The stored evaluation sets: fixed start-goal pairs that training never sees."""
 
 import json
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What stands in the robot's way in a room, as outlines on the floor, read from the compiled model."""
+"""A room's obstacles as outlines on the floor, from the compiled model."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -12,7 +12,7 @@ from tasks.physics import FloatArray
 from tasks.room_geometry.footprints import Footprint, colliding_robot_geoms
 from tasks.room_geometry.outlines import Corner, Outline, outline
 
-LOWEST = 0.001  # m; what rises no higher than this above the floor counts as floor
+LOWEST = 0.001  # m; a geom that rises no higher counts as floor
 
 
 @dataclass(frozen=True)
@@ -20,8 +20,8 @@ class Obstacles:
     """Convex polygons on the floor.
 
     Attributes:
-        outlines: of everything that stands in the way, corners in metres, world frame, counter-clockwise.
-        low: corner (x, y) of the smallest rectangle around all that is fixed, metres.
+        outlines: of all obstacles, corners in metres, world frame, counter-clockwise.
+        low: corner (x, y) of the smallest rectangle around all fixed obstacles, metres.
         high: its opposite corner.
     """
 
@@ -31,12 +31,12 @@ class Obstacles:
 
     @classmethod
     def from_model(cls, model: mujoco.MjModel) -> "Obstacles":
-        """Every geom that the robot can touch, the floor excepted, where it stands at the beginning.
+        """Every geom but the floor that the robot can touch, in its initial position.
 
-        What lies wholly above the robot, as table tops do, is in nobody's way.
+        Geoms wholly above the robot, such as table tops, are no obstacles.
 
         Raises:
-            TaskError: nothing fixed stands in the scene.
+            TaskError: the scene has no fixed obstacle.
         """
         data = mujoco.MjData(model)
         mujoco.mj_kinematics(model, data)
@@ -67,16 +67,16 @@ class Obstacles:
 
     @cached_property
     def _edges(self) -> tuple[FloatArray, FloatArray, FloatArray, npt.NDArray[np.intp]]:
-        """Begins, vectors and squared lengths of all edges, and where each outline's begin in them."""
+        """Begins, vectors and squared lengths of all edges, and the index of each outline's first edge."""
         begins = np.concatenate([np.array(shape) for shape in self.outlines])
         edges = np.concatenate([np.roll(shape, -1, axis=0) - np.array(shape) for shape in self.outlines])
         sizes = [len(shape) for shape in self.outlines]
-        # A shape that is cut to a mere point still has a distance.
+        # A shape that is cut to a point still has a distance.
         return begins, edges, np.maximum(np.sum(edges**2, axis=1), 1e-18), np.cumsum([0, *sizes[:-1]])
 
 
 def _touchable(model: mujoco.MjModel) -> list[int]:
-    """Geoms, the floor's excepted, that collide with a geom of the robot by MuJoCo's rule."""
+    """Geoms but the floor that collide with a geom of the robot by MuJoCo's rule."""
     contype, conaffinity = np.asarray(model.geom_contype), np.asarray(model.geom_conaffinity)
     robot = colliding_robot_geoms(model)
     touching = (contype[:, None] & conaffinity[robot]) | (conaffinity[:, None] & contype[robot])
@@ -86,7 +86,7 @@ def _touchable(model: mujoco.MjModel) -> list[int]:
 
 
 def _extent(model: mujoco.MjModel, data: mujoco.MjData, shapes: dict[int, Outline]) -> tuple[Corner, Corner]:
-    """The rectangle around outlines; a plane, which has no end, counts by the point at which it was placed."""
+    """The rectangle around outlines; an infinite plane counts by its position."""
     corners: list[Corner] = []
     for geom, shape in shapes.items():
         if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:

@@ -1,48 +1,26 @@
-"""What a model's geoms cover of the floor within a range of heights, as convex polygons.
+"""Outlines of a model's geoms on the floor within a range of heights, as convex polygons.
 
 MuJoCo's geoms are convex, and so is what a slab of heights cuts out of them: its shadow on the floor is the hull of the
-shadows of a few points. Round geoms are taken as polyhedra around them, up to 1 % too large and never too small.
+shadows of a few points.
 """
-
-from functools import cache
-from math import cos, pi
-from typing import NamedTuple
 
 import mujoco
 import numpy as np
-import numpy.typing as npt
-from scipy.spatial import ConvexHull, QhullError
 
 from tasks.physics import FloatArray
-
-IntArray = npt.NDArray[np.intp]
+from tasks.room_geometry.geom_shapes import IntArray, polyhedron
 
 # Corners of a convex polygon on the floor, counter-clockwise; metres. Tuples, so that rooms can be compared and cached.
 Corner = tuple[float, float]
 Outline = tuple[Corner, ...]
 
-FAR = 1000.0  # m; how far behind its face a plane, which has no end, is taken to reach
+FAR = 1000.0  # m; extent of an infinite plane behind its face
 
-_SIDES = 32  # of the polyhedra around round geoms
-_HORIZONTAL = 1e-6  # a plane whose normal lies this little along the floor is a floor or a ceiling, not a wall
-
-_BOX = mujoco.mjtGeom.mjGEOM_BOX
-_SPHERE = mujoco.mjtGeom.mjGEOM_SPHERE
-_CAPSULE = mujoco.mjtGeom.mjGEOM_CAPSULE
-_ELLIPSOID = mujoco.mjtGeom.mjGEOM_ELLIPSOID
-_CYLINDER = mujoco.mjtGeom.mjGEOM_CYLINDER
-_MESH = mujoco.mjtGeom.mjGEOM_MESH
-
-
-class _Polyhedron(NamedTuple):
-    """Corners, float64 (n, 3), metres, and the pairs of them that edges join, (m, 2)."""
-
-    corners: FloatArray
-    edges: IntArray
+_HORIZONTAL = 1e-6  # a plane whose normal has a smaller horizontal part is a floor or a ceiling, not a wall
 
 
 def outline(model: mujoco.MjModel, data: mujoco.MjData, geom: int, low: float, high: float) -> Outline | None:
-    """The outline on the floor of what a geom has between two heights; None where it has nothing there.
+    """The outline on the floor of a geom's part between two heights; None where it has none.
 
     Args:
         model: compiled scene.
@@ -54,13 +32,13 @@ def outline(model: mujoco.MjModel, data: mujoco.MjData, geom: int, low: float, h
     position, rotation = data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)
     if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
         return _half_plane(position, rotation[:, 2], low, high)
-    solid = _solid(model, geom)
+    solid = polyhedron(model, geom)
     points = _slice(solid.corners @ rotation.T + position, solid.edges, low, high)
     return _hull(points[:, :2]) if len(points) else None
 
 
 def _half_plane(position: FloatArray, normal: FloatArray, low: float, high: float) -> Outline | None:
-    """A plane as the rectangle behind its face, as wide and deep as anything may be."""
+    """A plane as a rectangle of side FAR behind its face."""
     level = float(np.hypot(normal[0], normal[1]))
     if level < _HORIZONTAL:
         return None
@@ -70,60 +48,6 @@ def _half_plane(position: FloatArray, normal: FloatArray, low: float, high: floa
     face, along = reach * outward, FAR * np.array([-outward[1], outward[0]])
     back = face - FAR * outward
     return _hull(np.stack([face + along, face - along, back + along, back - along]))
-
-
-def _solid(model: mujoco.MjModel, geom: int) -> _Polyhedron:
-    """A geom as a polyhedron in its own frame; what has no shape of its own here is taken as its bounding box."""
-    kind, size = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom]
-    if kind == _MESH:
-        mesh = model.geom_dataid[geom]
-        first, count = model.mesh_vertadr[mesh], model.mesh_vertnum[mesh]
-        return _hull_solid(model.mesh_vert[first : first + count].astype(np.float64))
-    if kind == _CYLINDER:
-        prism = _prism()
-        return _Polyhedron(prism.corners * [size[0], size[0], size[1]], prism.edges)
-    if kind in (_SPHERE, _CAPSULE, _ELLIPSOID):
-        ball = _ball()
-        corners = ball.corners * (size if kind == _ELLIPSOID else size[0])
-        if kind == _CAPSULE:
-            corners[:, 2] += np.sign(ball.corners[:, 2]) * size[1]
-        return _Polyhedron(corners, ball.edges)
-    centre, half = (np.zeros(3), size) if kind == _BOX else np.split(model.geom_aabb[geom], 2)
-    return _Polyhedron(_cube().corners * half + centre, _cube().edges)
-
-
-@cache
-def _cube() -> _Polyhedron:
-    return _hull_solid(np.stack(np.meshgrid([-1.0, 1.0], [-1.0, 1.0], [-1.0, 1.0]), axis=-1).reshape(-1, 3))
-
-
-@cache
-def _prism() -> _Polyhedron:
-    """Around a cylinder of radius 1 and half height 1."""
-    angles = np.arange(_SIDES) * (2 * pi / _SIDES)
-    ring = np.stack([np.cos(angles), np.sin(angles)], axis=1) / cos(pi / _SIDES)
-    return _hull_solid(np.concatenate([np.insert(ring, 2, height, axis=1) for height in (-1.0, 1.0)]))
-
-
-@cache
-def _ball() -> _Polyhedron:
-    """Around a sphere of radius 1; no corner lies on the equator, so that a capsule can be pulled apart there."""
-    angles, heights = np.arange(_SIDES) * (2 * pi / _SIDES), (np.arange(_SIDES // 2) + 0.5) * (2 * pi / _SIDES) - pi / 2
-    turn, rise = np.meshgrid(angles, heights)
-    points = np.stack([np.cos(turn) * np.cos(rise), np.sin(turn) * np.cos(rise), np.sin(rise)], axis=-1).reshape(-1, 3)
-    inner_radius = -ConvexHull(points).equations[:, 3].max()
-    return _hull_solid(points / inner_radius)
-
-
-def _hull_solid(points: FloatArray) -> _Polyhedron:
-    """The convex hull of points, (n, 3); flat ones are joined each with each."""
-    try:
-        triangles = ConvexHull(points).simplices
-    except QhullError:
-        return _Polyhedron(points, np.stack(np.triu_indices(len(points), 1), axis=1))
-    edges = np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]])
-    used, renumbered = np.unique(np.sort(edges, axis=1), return_inverse=True)
-    return _Polyhedron(points[used], np.unique(renumbered.reshape(-1, 2), axis=0))
 
 
 def _slice(corners: FloatArray, edges: IntArray, low: float, high: float) -> FloatArray:

@@ -1,4 +1,4 @@
-"""How the three rooms of the paper draw their goals: the rule of the released code."""
+"""Goals of the paper's three rooms, drawn by the rule of the released code."""
 
 import numpy as np
 
@@ -23,12 +23,12 @@ def is_allowed(goal: FloatArray, obstacles: Obstacles) -> bool:
 
 
 def draw_goal(rng: np.random.Generator, obstacles: Obstacles, held_out: FloatArray) -> FloatArray:
-    """Draw a goal uniformly from what the rule allows, away from the held-out goals.
+    """Draw a goal uniformly from those that the rule allows, away from the held-out goals.
 
     Args:
         rng: source of randomness.
         obstacles: of the room, walls included.
-        held_out: (n, 2) metres, the goals that training must not come near.
+        held_out: (n, 2) metres, the goals that training keeps away from.
 
     Returns:
         float64 (2,), metres, world frame.

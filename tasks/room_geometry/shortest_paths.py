@@ -7,11 +7,11 @@ from tasks.room_geometry.grid import Grid
 from tasks.room_geometry.obstacles import Obstacles
 
 CELL = 0.05  # m
-ROBOT_RADIUS = 0.19  # m: half the robot's width, to the centimetre: what driving straight through a gap needs
+ROBOT_RADIUS = 0.19  # m: half the robot's width, to the centimetre: the space for driving straight through a gap
 
 
 class ShortestPaths:
-    """The shortest paths through a room that the robot fits through."""
+    """The shortest paths on which the robot fits through a room."""
 
     def __init__(self, obstacles: Obstacles) -> None:
         self._grid = Grid(obstacles, ROBOT_RADIUS, CELL)

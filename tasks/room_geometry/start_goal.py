@@ -1,4 +1,4 @@
-"""Where an episode starts and where its goal lies: the paper's rule, and one for any room, from its geometry."""
+"""Rules for drawing starts and goals: the paper's, and one for any room, from its geometry."""
 
 from math import pi
 from typing import Protocol
@@ -13,9 +13,9 @@ from tasks.room_geometry.free_space import free_space
 from tasks.room_geometry.obstacles import Obstacles
 from tasks.room_geometry.paper_goals import HELD_OUT_MARGIN, draw_goal
 
-MARGIN = 0.02  # m around the circle in which the robot turns: a turn on the spot drifts by a centimetre
+MARGIN = 0.02  # m around the robot's turning circle: a turn on the spot drifts by a centimetre
 
-DEFAULT_MIN_PATH = 1.0  # m; well out of the goal's radius, so that no episode is over as it begins
+DEFAULT_MIN_PATH = 1.0  # m; well beyond the goal's radius, so that no episode ends at its start
 
 _MAX_DRAWS = 10_000
 
@@ -28,7 +28,7 @@ class PairRule(Protocol):
 
         Args:
             rng: source of randomness.
-            held_out: (n, 2) metres, goals that the drawn one keeps HELD_OUT_MARGIN away from.
+            held_out: (n, 2) metres; the drawn goal keeps HELD_OUT_MARGIN from each.
 
         Returns:
             Pose of the base (m, rad) and goal (m), world frame.
@@ -39,7 +39,7 @@ class OriginRule:
     """The paper's rule: from the origin, looking along x, to a goal of the released code's rule."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
-        """Work out a room; TaskError where it leaves no free place for a goal."""
+        """Prepare a room; TaskError where it leaves no free place for a goal."""
         self._obstacles = Obstacles.from_model(model)
         draw_goal(np.random.default_rng(0), self._obstacles, np.zeros((0, 2)))
 
@@ -52,12 +52,12 @@ class OriginRule:
 class FreeSpaceRule:
     """From any place where the robot can turn on the spot to any such place that it can drive to.
 
-    The robot fits where the circle around it fits. A gap that only its width would pass counts as closed, since it
-    cannot drive backwards and would be caught where it cannot turn.
+    The robot fits where its turning circle fits. A gap that only its width passes counts as closed: the robot cannot
+    drive backwards, and would be trapped where it cannot turn.
     """
 
     def __init__(self, model: mujoco.MjModel, min_path: float = DEFAULT_MIN_PATH, max_path: float = np.inf) -> None:
-        """Work out a room.
+        """Prepare a room.
 
         Args:
             model: compiled scene.
@@ -66,14 +66,14 @@ class FreeSpaceRule:
                 to within some ten centimetres, and no pair is drawn whose length may lie outside.
 
         Raises:
-            TaskError: no free place, no two of them as far apart as wanted, or bounds that make no sense.
+            TaskError: no free place, no two of them as far apart as required, or invalid bounds.
         """
         if not 0.0 <= min_path < max_path:
             raise TaskError(f"min_path must be 0 or more and less than max_path, not {min_path} and {max_path}")
         home_x, home_y = model.qpos0[model.joint("base").qposadr[0] :][:2].tolist()
         radius = Footprint.from_model(model).radius + MARGIN
         self.free = free_space(Obstacles.from_model(model), radius, (home_x, home_y))
-        self._first, self._last = self.free.stretches(min_path, max_path)
+        self._first, self._last = self.free.goal_ranges(min_path, max_path)
         self._starts = np.flatnonzero(self._last > self._first)
         if not len(self._starts):
             raise TaskError(
@@ -86,9 +86,9 @@ class FreeSpaceRule:
         free = self.free
         for _ in range(_MAX_DRAWS):
             start = int(self._starts[rng.integers(len(self._starts))])
-            goal = free.place(free.goal_cell(start, int(rng.integers(self._first[start], self._last[start]))), rng)
+            goal = free.draw_place(free.goal_cell(start, int(rng.integers(self._first[start], self._last[start]))), rng)
             if not len(held_out) or np.min(np.sum((held_out - goal) ** 2, axis=1)) > HELD_OUT_MARGIN**2:
-                return Pose(*free.place(start, rng), rng.uniform(-pi, pi)), goal
+                return Pose(*free.draw_place(start, rng), rng.uniform(-pi, pi)), goal
         raise TaskError(
             f"none of {_MAX_DRAWS} goals drawn lies farther than {HELD_OUT_MARGIN} m from every held-out goal"
         )

@@ -1,13 +1,13 @@
-"""What is wrong with a compiled scene, in words: numbers that make no sense, elements the robot's scenes must have."""
+"""Faults of a compiled scene: invalid numbers, and missing elements that every scene with the robot must have."""
 
 from collections.abc import Sequence
 
 import mujoco
 import numpy as np
 
-MAX_TIMESTEP = 0.02  # s; beyond it contacts of a robot of this size make no sense
+MAX_TIMESTEP = 0.02  # s; beyond it contacts of a robot of this size are no longer realistic
 
-# Element → what of it must be finite. What stands in a body comes before the body, whose mass follows from it.
+# Element → fields that must be finite. A body's elements come before the body, whose mass follows from them.
 _FINITE = {
     "geom": ("pos", "size", "quat", "friction", "rgba"),
     "site": ("pos", "size", "quat"),
@@ -22,10 +22,10 @@ _PREFIXES = {"joint": "jnt", "camera": "cam"}
 _WHEELS = ("left_wheel", "right_wheel")
 
 
-def nonsense(model: mujoco.MjModel) -> str | None:
-    """The first number of a model that is out of range or no number, as half a sentence; None where all is well.
+def find_invalid_number(model: mujoco.MjModel) -> str | None:
+    """The first number of a model that is NaN, infinite or out of range, as half a sentence; None where there is none.
 
-    MuJoCo compiles a time step of 0 and positions that are no numbers without a word.
+    MuJoCo compiles a time step of 0 and NaN positions without an error.
     """
     if not 0 < model.opt.timestep <= MAX_TIMESTEP:
         return (
@@ -46,18 +46,18 @@ def nonsense(model: mujoco.MjModel) -> str | None:
         faulty = np.flatnonzero(~np.isfinite(getattr(model, f"dof_{field}")))
         if len(faulty):
             joint = _name(model, "joint", int(model.dof_jntid[faulty[0]]))
-            return f"has the joint {joint} with a {field} that is no number, but it must be finite"
+            return f"has the joint {joint} with a {field} that is not finite, but it must be finite"
     return None
 
 
-def missing_elements(model: mujoco.MjModel, cameras: Sequence[str] = ()) -> list[str]:
-    """What a scene with the robot must have and this one lacks, in words; empty where it has all.
+def find_missing_elements(model: mujoco.MjModel, cameras: Sequence[str] = ()) -> list[str]:
+    """Descriptions of the elements that a scene with the robot must have and this one lacks.
 
     Args:
         model: the compiled scene.
         cameras: names of the cameras it must have.
     """
-    wanted = [
+    required = [
         ("body 'base'", _has(model, mujoco.mjtObj.mjOBJ_BODY, "base")),
         ("free joint 'base' of the body 'base'", _base_is_free(model)),
         *((f"joint {name!r}", _has(model, mujoco.mjtObj.mjOBJ_JOINT, name)) for name in _WHEELS),
@@ -67,7 +67,7 @@ def missing_elements(model: mujoco.MjModel, cameras: Sequence[str] = ()) -> list
         ("geom 'floor'", _has(model, mujoco.mjtObj.mjOBJ_GEOM, "floor")),
         *((f"camera {name!r}", _has(model, mujoco.mjtObj.mjOBJ_CAMERA, name)) for name in cameras),
     ]
-    return [element for element, there in wanted if not there]
+    return [element for element, is_present in required if not is_present]
 
 
 def _has(model: mujoco.MjModel, kind: mujoco.mjtObj, name: str) -> bool:

@@ -1,4 +1,4 @@
-"""Where the bodies of a scene are: each that can move as a frame, relative to the frame it hangs on."""
+"""The bodies of a scene that can move, as frames relative to their parents' frames."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -25,7 +25,7 @@ _TABLE = _TABLE.reshape(4, 16)
 
 @dataclass(frozen=True)
 class Frame:
-    """A frame's name and that of the one it is given in."""
+    """Names of a frame and of its parent."""
 
     name: str
     parent: str
@@ -33,17 +33,17 @@ class Frame:
 
 @dataclass(frozen=True)
 class BodyFrames:
-    """Frames of all bodies that can move: the robot's, the goal's, those of things that may be pushed.
+    """Frames of all bodies that can move: of the robot, the goal and the movable things.
 
     Attributes:
         frames: by name.
         num_bodies: of the scene, the world among them.
         bodies: number of each frame's body, (n,).
-        parents: number of the body it is given in, 0 for the world, (n,).
-        anchored: indices of the frames whose place in their parent cannot change, (k,).
-        offsets: these places, (k, 3) metres, as the file has them: worked out anew they would differ in the last bits.
+        parents: number of each frame's parent body, 0 for the world, (n,).
+        anchored: indices of the frames whose position in their parent cannot change, (k,).
+        offsets: these positions, (k, 3) metres, as in the file: computed anew they would differ in the last bits.
         rigid: indices of the frames that cannot turn in their parent, (l,).
-        turns: how they are turned, as quaternions w, x, y, z, (l, 4).
+        turns: their rotations, as quaternions w, x, y, z, (l, 4).
     """
 
     frames: tuple[Frame, ...]
@@ -56,8 +56,8 @@ class BodyFrames:
     turns: FloatArray
 
     @classmethod
-    def of(cls, model: mujoco.MjModel) -> Self:
-        """Find them in a scene."""
+    def from_model(cls, model: mujoco.MjModel) -> Self:
+        """Find the frames of a scene."""
         bodies = [body for body in range(1, model.nbody) if moves(model, body)]
         place = {body: index for index, body in enumerate(bodies)}
         parents = [place.get(int(model.body_parentid[body])) for body in bodies]
@@ -80,14 +80,14 @@ class BodyFrames:
         )
 
     def index(self, name: str) -> int:
-        """Which frame has a name."""
+        """Index of the frame of a name."""
         return [frame.name for frame in self.frames].index(name)
 
     def relative(self, samples: Sequence[bytes]) -> FloatArray:
-        """Each frame in its parent's, at m instants: (m, n, 7), x, y, z in metres and the quaternion w, x, y, z.
+        """Pose of each frame in its parent, at m instants: (m, n, 7), x, y, z in metres and the quaternion w, x, y, z.
 
         Args:
-            samples: where all bodies of the scene are in the world: bytes of xpos, then of xquat.
+            samples: poses of all bodies of the scene in the world: bytes of xpos, then of xquat.
         """
         m, n = len(samples), self.num_bodies
         numbers = np.frombuffer(b"".join(samples)).reshape(m, 7 * n)
@@ -107,12 +107,12 @@ class BodyFrames:
 
     @cached_property
     def _shifted(self) -> IntArray:
-        """Frames whose place in a parent that moves can change."""
+        """Frames whose position in a moving parent can change."""
         return np.setdiff1d(np.flatnonzero(self.parents), self.anchored)
 
     @cached_property
     def _turning(self) -> IntArray:
-        """Frames that can turn in a parent that moves."""
+        """Frames that can turn in a moving parent."""
         return np.setdiff1d(np.flatnonzero(self.parents), self.rigid)
 
 

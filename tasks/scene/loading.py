@@ -1,4 +1,4 @@
-"""Where the MJCF scenes lie, how one is opened, and which compiled model it gives."""
+"""MJCF scenes: their files, opened and compiled, and the hash of a compiled one."""
 
 import contextlib
 import hashlib
@@ -14,7 +14,7 @@ from dm_control.mujoco import wrapper
 from tasks.errors import TaskError
 from tasks.laser import set_beams
 from tasks.physics import Physics
-from tasks.scene.checks import missing_elements, nonsense
+from tasks.scene.checks import find_invalid_number, find_missing_elements
 
 MODELS = Path(__file__).resolve().parents[2] / "models" / "mjcf"
 TASK_CAMERAS = ("chase", "top", "onboard")  # every registered task has them
@@ -33,12 +33,12 @@ def load_model(path: str | Path, num_beams: int | None = None) -> mujoco.MjModel
         num_beams: beams to give the laser; None leaves it as it is.
 
     Raises:
-        TaskError: no such file, MuJoCo cannot read it, or it holds numbers that make no sense.
+        TaskError: no such file, MuJoCo cannot read it, or it holds invalid numbers.
     """
     if not Path(path).is_file():
         raise TaskError(f"there is no scene file {path}; an MJCF file, .xml, is expected")
     try:
-        with _no_warning_of_nan():
+        with _suppress_nan_warning():
             spec = mujoco.MjSpec.from_file(str(path))
             if num_beams is not None:
                 set_beams(spec, num_beams)
@@ -46,8 +46,8 @@ def load_model(path: str | Path, num_beams: int | None = None) -> mujoco.MjModel
     except TaskError:
         raise
     except ValueError as error:
-        raise TaskError(f"the scene {path} cannot be compiled: {_one_line(str(error))}") from error
-    fault = nonsense(model)
+        raise TaskError(f"the scene {path} cannot be compiled: {_join_lines(str(error))}") from error
+    fault = find_invalid_number(model)
     if fault is not None:
         raise TaskError(f"the scene {path} {fault}")
     return model
@@ -68,8 +68,8 @@ def open_scene(path: str | Path, cameras: Sequence[str] = (), num_beams: int | N
 
 
 def robot_physics(model: mujoco.MjModel, path: str | Path, cameras: Sequence[str] = ()) -> Physics:
-    """The physics of a compiled scene with the robot; `path` is what errors call it. TaskError as open_scene."""
-    missing = missing_elements(model, cameras)
+    """The physics of a compiled scene with the robot; errors name `path`. TaskError as open_scene."""
+    missing = find_missing_elements(model, cameras)
     if missing:
         raise TaskError(
             f"the scene {path} lacks the {', the '.join(missing)}; pioneer/pioneer.xml brings the robot with its "
@@ -78,33 +78,33 @@ def robot_physics(model: mujoco.MjModel, path: str | Path, cameras: Sequence[str
     try:
         physics: Physics = Physics.from_model(wrapper.MjModel(model))
     except ValueError as error:
-        raise TaskError(f"the scene {path} is none for the robot: {_one_line(str(error))}") from error
+        raise TaskError(f"the scene {path} does not fit the robot: {_join_lines(str(error))}") from error
     return physics
 
 
 def model_hash(model: mujoco.MjModel) -> str:
-    """SHA-256 of the compiled model's bytes, 16 hex digits: names the model a result was made with."""
+    """SHA-256 of the compiled model's bytes, 16 hex digits: identifies the model behind a result."""
     buffer = np.zeros(mujoco.mj_sizeModel(model), dtype=np.uint8)
     mujoco.mj_saveModel(model, None, buffer)
     return hashlib.sha256(buffer.tobytes()).hexdigest()[:16]
 
 
 @contextlib.contextmanager
-def _no_warning_of_nan() -> Iterator[None]:
-    """Without MuJoCo's warning, which dm_control logs, of a NaN somewhere in the file: nonsense() says where it is."""
+def _suppress_nan_warning() -> Iterator[None]:
+    """Suppress MuJoCo's warning of a NaN, which dm_control logs: find_invalid_number() says where it is."""
 
-    def other(record: logging.LogRecord) -> bool:
+    def is_other(record: logging.LogRecord) -> bool:
         return "'NaN'" not in record.getMessage()
 
     logger = logging.getLogger("absl")
-    logger.addFilter(other)
+    logger.addFilter(is_other)
     try:
         yield
     finally:
-        logger.removeFilter(other)
+        logger.removeFilter(is_other)
 
 
-def _one_line(message: str) -> str:
-    """MuJoCo's message without line ends; it knows no line, or 0, of what stands in an included file."""
+def _join_lines(message: str) -> str:
+    """MuJoCo's message in one line; for an included file MuJoCo gives no line, or line 0."""
     parts = [line.strip().rstrip(".") for line in message.splitlines() if line.strip()]
     return re.sub(r"\bline 0\b", "in a file it includes", ", ".join(parts)).replace("XML Error: Error: ", "XML Error: ")

@@ -1,4 +1,4 @@
-"""What of a compiled scene can be seen, as plain shapes in the frames of the bodies that carry them."""
+"""The visible geoms and sites of a compiled scene, as plain shapes in the frames of their bodies."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -12,13 +12,13 @@ from tasks.physics import FloatArray
 
 WORLD = "world"
 VISIBLE_GROUPS = 3  # MuJoCo's viewers and pictures show the groups 0, 1 and 2
-_PLANE_MARGIN = 1.0  # m that a plane without end is drawn beyond the scene
+_PLANE_MARGIN = 1.0  # m that an infinite plane is drawn beyond the scene
 _PLANE_THICKNESS = 0.01  # m
-_UNTOUCHED = np.array([0.5, 0.5, 0.5, 1.0], dtype=np.float32)  # a geom's colour where the file gives none
+_DEFAULT_COLOUR = np.array([0.5, 0.5, 0.5, 1.0], dtype=np.float32)  # of a geom without one in the file
 
 
 class Shape(StrEnum):
-    """Kinds of part."""
+    """Kinds of shape."""
 
     BOX = "box"
     ELLIPSOID = "ellipsoid"
@@ -28,12 +28,12 @@ class Shape(StrEnum):
 
 @dataclass(frozen=True)
 class Part:
-    """A thing to draw.
+    """A shape to draw.
 
     Attributes:
-        owner: the body it belongs to, by name, whether that moves or not.
-        frame: name of the frame it is fixed to: that body's, or the world where the body does not move.
-        shape: what it is.
+        owner: name of its body, moving or not.
+        frame: name of the frame it is fixed to: its body's, or the world where the body does not move.
+        shape: its kind.
         position: (3,) metres, of its middle, in the frame.
         quaternion: (4,) w, x, y, z, in the frame.
         size: (3,) metres, full extents along its own axes; of a cylinder along z. Ones for a mesh.
@@ -54,18 +54,18 @@ class Part:
 
 
 def body_name(model: mujoco.MjModel, body: int) -> str:
-    """Name of a body, made from its number where the file gives none."""
+    """Name of a body, from its number where the file gives none."""
     name: str = model.body(body).name
     return name or f"body_{body}"
 
 
 def moves(model: mujoco.MjModel, body: int) -> bool:
-    """Whether a body can change its place: by a joint above it, or set from outside."""
+    """Whether a body can move: by a joint above it, or as a mocap body."""
     return bool(model.body_weldid[body] != 0 or model.body_mocapid[model.body_rootid[body]] >= 0)
 
 
 def scene_parts(model: mujoco.MjModel) -> list[Part]:
-    """Every visible geom and site of a scene; a capsule comes as three parts."""
+    """Every visible geom and site of a scene; a capsule is three parts."""
     at_rest = mujoco.MjData(model)
     mujoco.mj_kinematics(model, at_rest)
     scene = _Scene(model, at_rest)
@@ -105,15 +105,15 @@ class _Scene:
 
     def _placed(
         self, body: int, in_body: tuple[FloatArray, FloatArray], in_world: tuple[FloatArray, FloatArray]
-    ) -> "_Place":
+    ) -> "_Pose":
         owner = body_name(self.model, body)
         if moves(self.model, body):
-            return _Place(owner, owner, *(np.array(value) for value in in_body))
+            return _Pose(owner, owner, *(np.array(value) for value in in_body))
         quaternion = np.empty(4)
         mujoco.mju_mat2Quat(quaternion, in_world[1])
-        return _Place(owner, WORLD, np.array(in_world[0]), quaternion)
+        return _Pose(owner, WORLD, np.array(in_world[0]), quaternion)
 
-    def _shaped(self, place: "_Place", kind: int, size: FloatArray, rgba: FloatArray, data_id: int) -> Iterator[Part]:
+    def _shaped(self, place: "_Pose", kind: int, size: FloatArray, rgba: FloatArray, data_id: int) -> Iterator[Part]:
         radius, second, _ = (float(value) for value in size)
         match mujoco.mjtGeom(kind):
             case mujoco.mjtGeom.mjGEOM_BOX:
@@ -142,14 +142,14 @@ class _Scene:
         return np.array(vertices), np.array(model.mesh_face[face : face + int(model.mesh_facenum[mesh])])
 
     def _reach(self) -> float:
-        """Side of a square that holds everything with an end, metres."""
-        ends = self.model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE
-        reach = np.abs(self.data.geom_xpos[ends, :2]).max(axis=1) + self.model.geom_rbound[ends]
+        """Side of a square that holds every finite geom, metres."""
+        finite = self.model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE
+        reach = np.abs(self.data.geom_xpos[finite, :2]).max(axis=1) + self.model.geom_rbound[finite]
         return 2 * (float(reach.max(initial=1.0)) + _PLANE_MARGIN)
 
     def _colour(self, own: npt.NDArray[np.float32], material: int) -> FloatArray:
-        """Of a geom or site: its own where it has one, or else its material's, times the texture's mean."""
-        if material < 0 or not np.array_equal(own, _UNTOUCHED):
+        """Colour of a geom or site: its own, or else its material's times the texture's mean."""
+        if material < 0 or not np.array_equal(own, _DEFAULT_COLOUR):
             return np.array(own, dtype=np.float64)
         rgba = np.array(self.model.mat_rgba[material], dtype=np.float64)
         texture = int(self.model.mat_texid[material, int(mujoco.mjtTextureRole.mjTEXROLE_RGB)])
@@ -168,17 +168,17 @@ class _Scene:
 
 
 @dataclass(frozen=True)
-class _Place:
+class _Pose:
     owner: str
     frame: str
     position: FloatArray
     quaternion: FloatArray
 
-    def moved(self, offset: FloatArray) -> "_Place":
-        """The place at an offset along its own axes, metres."""
+    def moved(self, offset: FloatArray) -> "_Pose":
+        """The pose moved along its own axes, metres."""
         turned = np.empty(3)
         mujoco.mju_rotVecQuat(turned, offset.astype(np.float64), self.quaternion)
-        return _Place(self.owner, self.frame, self.position + turned, self.quaternion)
+        return _Pose(self.owner, self.frame, self.position + turned, self.quaternion)
 
     def part(
         self,

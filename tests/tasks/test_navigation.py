@@ -12,7 +12,6 @@ from tasks import NavigationConfig, Reward
 from tasks.errors import TaskError
 from tasks.gymnasium_adapter import NavigationEnv
 from tasks.rewards import REWARDS, Outcome
-from tasks.scene.state_digest import state_digest
 
 
 def make(name: str = "nav_empty", **options: Any) -> Any:
@@ -191,7 +190,7 @@ def test_a_moved_goal_is_seen_and_rewarded_at_once_and_moves_nothing_else() -> N
             if goal is not None:
                 assert info["reward_terms"]["progress"] == pytest.approx(before - info["distance"])
                 before = info["distance"]
-        states.append(state_digest(env.physics.data.ptr))
+        states.append(env.physics.state_digest())
     assert states[0] == states[1]
 
 

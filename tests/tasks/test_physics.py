@@ -107,7 +107,7 @@ def test_goal_in_robot_frame() -> None:
     physics = scene()
     place(physics, Pose(1.0, 2.0, math.pi / 2))
     physics.set_goal(0.0, 3.0)
-    np.testing.assert_allclose(physics.goal_in_robot_frame(), [1.0, 1.0], atol=1e-12)
+    np.testing.assert_allclose(physics.readings().goal_in_robot_frame, [1.0, 1.0], atol=1e-12)
     assert physics.goal_distance() == pytest.approx(math.sqrt(2))
 
 

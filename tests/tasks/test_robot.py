@@ -9,7 +9,7 @@ import pytest
 import tasks
 from tasks import constants
 from tasks.physics import Physics, Pose
-from tasks.registry import definition_of
+from tasks.registry import make_rule
 from tasks.scene.loading import open_scene, scene_path
 
 ACCELERATION_LIMIT, BRAKING_LIMIT = 1.8, 1.85  # m/s², models/mjcf/pioneer/README.md
@@ -172,7 +172,7 @@ def test_sonars_measure_the_walls() -> None:
 def random_drive(name: str, seed: int, seconds: float) -> None:
     """Random commands, into walls and things too: nothing warns, nothing falls, no wheel leaves the floor."""
     physics, rng = open_scene(scene_path(name)), np.random.default_rng(seed)
-    start, _ = definition_of(name).rule(physics.model.ptr).draw(rng, np.zeros((0, 2)))
+    start, _ = make_rule(name, physics.model.ptr).draw(rng, np.zeros((0, 2)))
     with physics.reset_context():
         physics.set_pose(start._replace(yaw=rng.uniform(-math.pi, math.pi)))
     for _ in range(round(seconds / constants.CONTROL_TIMESTEP)):

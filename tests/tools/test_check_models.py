@@ -50,7 +50,7 @@ def change(path: Path, old: str, new: str) -> None:
 
 
 def test_good_models_have_no_faults(models: Path) -> None:
-    assert check_models.faults(models) == []
+    assert check_models.find_faults(models) == []
 
 
 @pytest.mark.parametrize(
@@ -106,7 +106,7 @@ def test_each_fault_of_a_readme_is_found(models: Path, old: str, new: str, line:
 
 def test_a_folder_without_a_readme_is_a_fault(models: Path) -> None:
     (models / "room" / "README.md").unlink()
-    (fault,) = check_models.faults(models)
+    (fault,) = check_models.find_faults(models)
     assert "needs a README.md" in str(fault)
 
 
@@ -124,5 +124,5 @@ def test_the_program_prints_faults_and_fails(
 
 
 def test_the_projects_own_rooms_are_in_form() -> None:
-    found = [fault for fault in check_models.faults(MODELS) if fault.path.parent.name != "pioneer"]
+    found = [fault for fault in check_models.find_faults(MODELS) if fault.path.parent.name != "pioneer"]
     assert not found, "\n".join(map(str, found))

@@ -1,4 +1,4 @@
-"""Cost and accuracy of the physics: parts of tools.bench."""
+"""Cost and accuracy of the physics, for tools.bench."""
 
 import math
 import time
@@ -10,7 +10,7 @@ import numpy as np
 
 from tasks.constants import CONTROL_TIMESTEP, TRACK, WHEEL_RADIUS
 from tasks.physics import FloatArray
-from tasks.registry import ALL_TASKS, definition_of, load
+from tasks.registry import ALL_TASKS, load, make_rule
 from tasks.room_geometry.held_out import held_out_goals
 from tasks.scene.loading import load_model, scene_path
 
@@ -21,51 +21,50 @@ NO_SENSORS = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 
 
 def timestep() -> None:
-    """Print what physics steps of 1 to 10 ms cost and how far they lead astray.
+    """Print the cost of physics steps of 1 to 10 ms and their error.
 
-    The robot drives SECONDS of random commands on a free floor, SEQUENCES times; the pose at the end is compared with
-    that of a reference step and with that of half the step, the largest difference counts.
+    The robot drives SECONDS of random commands on a free floor, SEQUENCES times. The error is the largest difference of
+    the final pose from that with a reference step and from that with half the step.
     """
-    reference = _ends(REFERENCE)
+    reference = _final_poses(REFERENCE)
     print(f"against {REFERENCE * 1e3:g} ms and against half the step, {SEQUENCES} drives of {SECONDS:g} s")
     costs = {step: _seconds_per_control_step(step) for step in TIMESTEPS}
     for step in TIMESTEPS:
-        ends = _ends(step)
-        astray, halved = _differences(ends, reference), _differences(ends, _ends(step / 2))
-        print(
-            f"{step * 1e3:4g} ms: {costs[step] / costs[0.005]:.2f} of the time of 5 ms; {astray} from the reference, "
-            f"{halved} from half the step"
-        )
+        ends = _final_poses(step)
+        from_reference, from_half = _differences(ends, reference), _differences(ends, _final_poses(step / 2))
+        cost = costs[step] / costs[0.005]
+        print(f"{step * 1e3:4g} ms: {cost:.2f} of the time of 5 ms; {from_reference} from the reference, ", end="")
+        print(f"{from_half} from half the step")
 
 
 def laser() -> None:
-    """Print what a scan costs: a control step with 40 and with 682 beams against the same physics without rays."""
-    seconds = _in_turn({str(count): _loop("nav_complex", count) for count in (None, 40, 682)})
+    """Print the cost of a scan: a control step with 40 and with 682 beams against the same physics without rays."""
+    seconds = _measure_alternating({str(count): _loop("nav_complex", count) for count in (None, 40, 682)})
     for count, bar in (("40", " (bar: at most 1.25)"), ("682", "")):
         ratio = np.median(np.divide(seconds[count], seconds["None"]))
         print(f"nav_complex, {count} beams: {ratio:.3f} times the physics without rays{bar}")
 
 
 def rooms() -> None:
-    """Print what a control step costs in each room, the robot turning on the spot, against nav_complex."""
-    seconds = _in_turn({name: _loop(name, 40) for name in ALL_TASKS})
+    """Print the cost of a control step in each room, the robot turning on the spot, against nav_complex."""
+    seconds = _measure_alternating({name: _loop(name, 40) for name in ALL_TASKS})
     for name in ALL_TASKS:
         ratio = np.median(np.divide(seconds[name], seconds["nav_complex"]))
         print(f"{name}: {np.median(seconds[name]) * 1e6:.0f} us a control step, {ratio:.2f} times nav_complex")
 
 
 def reset() -> None:
-    """Print what a reset with a new start and goal costs, and what of it the drawing."""
+    """Print the cost of a reset with a new start and goal, and the part of drawing them."""
     for name in ALL_TASKS:
         begun = time.perf_counter()
         environment = load(name, random=0)
         loaded = time.perf_counter() - begun
-        rule, rng = definition_of(name).rule(environment.physics.model.ptr), np.random.default_rng(0)
-        resets, draws = _times(environment.reset), _times(partial(rule.draw, rng, held_out_goals(name)))
+        rule, rng = make_rule(name, environment.physics.model.ptr), np.random.default_rng(0)
+        resets, draws = _median_time(environment.reset), _median_time(partial(rule.draw, rng, held_out_goals(name)))
         print(f"{name}: loaded in {loaded:.2f} s; reset {resets}, of that drawing {draws} (bar: under 500 us)")
 
 
-def _times(action: Callable[[], object]) -> str:
+def _median_time(action: Callable[[], object]) -> str:
     seconds = []
     for _ in range(1000):
         begun = time.perf_counter()
@@ -74,8 +73,8 @@ def _times(action: Callable[[], object]) -> str:
     return f"{np.median(seconds) * 1e6:.0f} us"
 
 
-def _in_turn(loops: dict[str, Callable[[], None]]) -> dict[str, list[float]]:
-    """Seconds a call of each, in 15 rounds that take them in turn."""
+def _measure_alternating(loops: dict[str, Callable[[], None]]) -> dict[str, list[float]]:
+    """Seconds a call of each, in 15 rounds of alternating calls."""
     seconds: dict[str, list[float]] = {name: [] for name in loops}
     for _ in range(15):
         for name, loop in loops.items():
@@ -91,7 +90,7 @@ def _loop(task: str, num_beams: int | None) -> Callable[[], None]:
     model = load_model(scene_path(task), num_beams)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    _command(data, 0.0, 0.5)
+    _set_command(data, 0.0, 0.5)
     flags, steps = model.opt.disableflags, round(CONTROL_TIMESTEP / model.opt.timestep)
 
     def loop() -> None:
@@ -105,7 +104,7 @@ def _loop(task: str, num_beams: int | None) -> Callable[[], None]:
     return loop
 
 
-def _command(data: mujoco.MjData, linear: float, angular: float) -> None:
+def _set_command(data: mujoco.MjData, linear: float, angular: float) -> None:
     half_turn = 0.5 * TRACK * angular
     data.ctrl[:] = (linear - half_turn) / WHEEL_RADIUS, (linear + half_turn) / WHEEL_RADIUS
 
@@ -119,14 +118,14 @@ def _free_floor(step: float) -> tuple[mujoco.MjModel, mujoco.MjData]:
     return model, data
 
 
-def _ends(step: float) -> FloatArray:
-    """Where the drives end: (SEQUENCES, 3), metres and radians."""
+def _final_poses(step: float) -> FloatArray:
+    """Final poses of the drives: (SEQUENCES, 3), metres and radians."""
     ends = []
     for seed in range(SEQUENCES):
         model, data = _free_floor(step)
         rng = np.random.default_rng(seed)
         for _ in range(round(SECONDS / CONTROL_TIMESTEP)):
-            _command(data, rng.uniform(0.0, 0.5), rng.uniform(-math.pi / 3, math.pi / 3))
+            _set_command(data, rng.uniform(0.0, 0.5), rng.uniform(-math.pi / 3, math.pi / 3))
             mujoco.mj_step(model, data, round(CONTROL_TIMESTEP / step))
         w, x, y, z = data.qpos[3:7]
         ends.append([*data.qpos[:2], math.atan2(2 * (w * z + x * y), 1 - 2 * (y * y + z * z))])
@@ -142,7 +141,7 @@ def _differences(ends: FloatArray, others: FloatArray) -> str:
 
 def _seconds_per_control_step(step: float) -> float:
     model, data = _free_floor(step)
-    _command(data, 0.0, 0.5)
+    _set_command(data, 0.0, 0.5)
     seconds = []
     for _ in range(20):
         begun = time.perf_counter()

@@ -1,4 +1,4 @@
-"""Cost of pictures: a part of tools.bench."""
+"""Cost of pictures, for tools.bench."""
 
 import time
 
@@ -15,7 +15,7 @@ BAR = 20.0  # ms
 
 
 def rendering() -> None:
-    """Print the processor's time for a picture of nav_complex; with software EGL that is all of its time."""
+    """Print the CPU time of a picture of nav_complex, which is all of its time with software EGL."""
     environment = tasks.load("nav_complex", random=0)
     environment.reset()
     physics = environment.physics
@@ -36,7 +36,7 @@ def rendering() -> None:
 
 
 def _milliseconds(renderer: OffscreenRenderer, physics: Physics, camera: str) -> float:
-    """Of all threads together."""
+    """CPU time a picture, all threads together."""
     begun = time.process_time()
     for _ in range(FRAMES):
         renderer.render(physics.data.ptr, camera)

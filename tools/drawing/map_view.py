@@ -1,4 +1,4 @@
-"""A room from straight above without perspective: a picture in which metres and pixels go by rule of three."""
+"""A room from straight above without perspective: a picture with one scale of pixels a metre."""
 
 from dataclasses import dataclass
 
@@ -16,7 +16,7 @@ HEIGHT = 10.0  # m of the view above the floor, above everything that stands on 
 
 @dataclass(frozen=True)
 class MapView:
-    """Which rectangle of the floor is seen: its middle and its sides, metres, world frame."""
+    """The visible rectangle of the floor: its middle and its sides, metres, world frame."""
 
     x: float
     y: float
@@ -30,7 +30,7 @@ class MapView:
         return self.x - half_width, self.x + half_width, self.y - half_height, self.y + half_height
 
     def pixels(self, places: FloatArray, shape: tuple[int, int]) -> FloatArray:
-        """Places (n, 2) in metres as columns and rows (n, 2) of a picture of so many rows and columns."""
+        """Places (n, 2) in metres as columns and rows (n, 2) of a picture; its shape is (rows, columns)."""
         left, _, _, top = self.extent
         rows, columns = shape
         scale = np.array([columns / self.width, -rows / self.height])
@@ -45,7 +45,7 @@ class MapView:
         camera.distance, camera.azimuth, camera.elevation = HEIGHT, 90.0, -90.0
         free = model.vis.global_
         before = free.orthographic, free.fovy
-        free.orthographic, free.fovy = 1, self.height  # metres, where nothing converges
+        free.orthographic, free.fovy = 1, self.height  # metres, in an orthographic view
         renderer = open_renderer(model, round(self.width * pixels_per_metre), round(self.height * pixels_per_metre))
         try:
             return renderer.render(data, camera)
@@ -54,8 +54,8 @@ class MapView:
             free.orthographic, free.fovy = before
 
 
-def view_of(room: Obstacles) -> MapView:
-    """The view of a whole room."""
+def fit_view(room: Obstacles) -> MapView:
+    """The view that shows a whole room."""
     low, high = np.array(room.low), np.array(room.high)
     (x, y), (width, height) = ((low + high) / 2).tolist(), (high - low + 2 * MARGIN).tolist()
     return MapView(x, y, width, height)

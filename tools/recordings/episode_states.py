@@ -17,7 +17,6 @@ from asddpg.recording.pictures.caption import OUTCOME_COLOURS, Colour
 from asddpg.recording.samples import NANOSECONDS
 from asddpg.runs.run_folder import training_in
 from tasks.gymnasium_adapter import NavigationEnv
-from tasks.scene.state_digest import state_digest
 
 StepRecord = dict[str, Any]  # what /step says
 
@@ -81,7 +80,7 @@ class EpisodeStates:
             if goal is not None:
                 self.environment.set_goal(*goal)
             self._physical.step(np.array([step["action"]["v"], step["action"]["omega"]], dtype=np.float32))
-            if is_same and state_digest(self.physics.data.ptr) != step["digest"]:
+            if is_same and self.physics.state_digest() != step["digest"]:
                 is_same = False
                 print(
                     f"note: run again, {self.recording.path.name} goes another way from step {count} on: it was made "

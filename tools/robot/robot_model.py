@@ -1,7 +1,7 @@
-"""What the compiled robot is like: mass, inertia, drive, shape, beams; every figure from mjModel, none from constants.
+"""Properties of the compiled robot: mass, inertia, drive, shape, beams; all from mjModel, none from constants.
 
-The robot is looked at in its reference pose, where the frame of `base` is put onto the world's: x forward, y left, z
-up, on the floor midway between the drive wheels.
+They hold in the reference pose, with the frame of `base` on the world's: x forward, y left, z up, on the floor midway
+between the drive wheels.
 """
 
 import re
@@ -12,15 +12,16 @@ import mujoco
 import numpy as np
 
 from tasks.physics import FloatArray
-from tools.robot.extents import circumscribed_radius, extent
+from tasks.room_geometry.footprints import Footprint, colliding_robot_geoms
+from tasks.room_geometry.geom_shapes import extent
 
 X, Y, Z = np.eye(3)
 SIDES = ("left_wheel", "right_wheel")
 
 
 @dataclass(frozen=True)
-class Fan:
-    """Rangefinders that share the front of their names."""
+class RangefinderRing:
+    """Rangefinders with the same name prefix."""
 
     beams: int
     field_of_view: float  # rad, from the first beam to the last
@@ -29,10 +30,10 @@ class Fan:
 
 
 class RobotModel:
-    """The robot of a compiled scene, by what the model says."""
+    """The robot of a compiled scene."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
-        """Put the base's frame onto the world's and compute what does not depend on time."""
+        """Put the base's frame onto the world's and compute the forward dynamics."""
         self.model = model
         self.data = mujoco.MjData(model)
         self.base = int(model.body("base").id)
@@ -41,7 +42,7 @@ class RobotModel:
         mujoco.mj_forward(model, self.data)
         self.bodies = [int(body) for body in np.flatnonzero(model.body_rootid == self.base)]
         self.geoms = [int(geom) for geom in np.flatnonzero(np.isin(model.geom_bodyid, self.bodies))]
-        self.solid = [geom for geom in self.geoms if model.geom_contype[geom] or model.geom_conaffinity[geom]]
+        self.solid = colliding_robot_geoms(model)
 
     # Mass ---------------------------------------------------------------------------------------------------------
 
@@ -70,7 +71,7 @@ class RobotModel:
     # Drive --------------------------------------------------------------------------------------------------------
 
     def wheel_geom(self, side: str = SIDES[0]) -> int:
-        """The geom a wheel stands on: the lowest solid one of its body."""
+        """The geom that a wheel rolls on: the lowest solid one of its body."""
         joint = self._driven_joint(side)
         body = int(self.model.jnt_bodyid[joint])
         return self._lowest([geom for geom in self.solid if self.model.geom_bodyid[geom] == body])
@@ -86,7 +87,7 @@ class RobotModel:
         return abs(float(left[1] - right[1]))
 
     def wheel_speed_limit(self) -> float:
-        """Largest speed the wheel's actuator may be asked for, rad/s; infinite where it is not limited."""
+        """Largest speed command of a wheel's actuator, rad/s; infinite where it is not limited."""
         actuator = self.model.actuator(SIDES[0])
         return float(actuator.ctrlrange[1]) if actuator.ctrllimited[0] else np.inf
 
@@ -102,7 +103,7 @@ class RobotModel:
         return min(limits)
 
     def servo_gain(self) -> float:
-        """Torque on the wheel for each rad/s that it is too slow, N·m·s/rad."""
+        """Torque on the wheel per rad/s of speed error, N·m·s/rad."""
         actuator = self.model.actuator(SIDES[0])
         return -float(actuator.biasprm[2]) * float(actuator.gear[0]) ** 2
 
@@ -115,7 +116,7 @@ class RobotModel:
         return float(result[dof])
 
     def friction(self) -> float:
-        """Sliding friction between wheel and floor, by MuJoCo's rule: of the higher priority, else the larger."""
+        """Sliding friction between wheel and floor by MuJoCo's rule: that of higher priority, else the larger."""
         pair = [self.wheel_geom(), int(self.model.geom("floor").id)]
         priority = self.model.geom_priority[pair]
         sliding = self.model.geom_friction[pair, 0]
@@ -124,21 +125,21 @@ class RobotModel:
     # Shape --------------------------------------------------------------------------------------------------------
 
     def footprint(self) -> Mapping[str, tuple[float, float]]:
-        """Least and largest x, y and z of what can touch something, m, base frame."""
+        """Least and largest x, y and z of the colliding geoms, m, base frame."""
         return {
             name: extent(self.model, self.data, self.solid, axis) for name, axis in zip("xyz", (X, Y, Z), strict=True)
         }
 
     def overall_height(self) -> float:
-        """Height above the floor of all that can be seen of the robot, m."""
+        """Height of the whole robot above the floor, m."""
         return extent(self.model, self.data, self.geoms, Z)[1]
 
     def circumscribed_radius(self) -> float:
-        """Radius about the axle's middle that what can touch something stays within, m."""
-        return circumscribed_radius(self.model, self.data, self.solid)
+        """Radius of the circle around the colliding geoms, about the axle's middle, m; with Footprint's accuracy."""
+        return Footprint.from_model(self.model).radius
 
     def caster_contact(self) -> FloatArray | None:
-        """Where the caster stands, (3,) m, base frame; None where no solid geom's body is called a caster."""
+        """The caster's contact point, (3,) m, base frame; None where no body with a solid geom is named caster."""
         geoms = [g for g in self.solid if "caster" in self.model.body(int(self.model.geom_bodyid[g])).name]
         if not geoms:
             return None
@@ -147,41 +148,43 @@ class RobotModel:
         return np.array([*self.data.geom_xpos[lowest][:2], height])
 
     def load_on_wheels(self) -> float:
-        """Share of the weight that the drive wheels carry at rest; 1 without a caster."""
+        """Share of the weight on the drive wheels at rest; 1 without a caster."""
         caster = self.caster_contact()
         axle = float(self.data.xanchor[self._driven_joint()][0])
         return 1.0 if caster is None else float((self.centre_of_mass()[0] - caster[0]) / (axle - caster[0]))
 
     # Sensors ------------------------------------------------------------------------------------------------------
 
-    def fans(self) -> dict[str, Fan]:
-        """The rangefinders, grouped by the front of their names: `range` for range_00 and so on."""
+    def rangefinder_rings(self) -> dict[str, RangefinderRing]:
+        """The rangefinders by name prefix: `range` for range_00 and so on."""
         groups: dict[str, list[int]] = {}
         for sensor in np.flatnonzero(self.model.sensor_type == mujoco.mjtSensor.mjSENS_RANGEFINDER):
-            groups.setdefault(_front(self.model.sensor(sensor).name), []).append(int(sensor))
-        return {name: self._fan(sensors) for name, sensors in groups.items()}
+            groups.setdefault(_prefix(self.model.sensor(sensor).name), []).append(int(sensor))
+        return {name: self._ring(sensors) for name, sensors in groups.items()}
 
-    def _fan(self, sensors: list[int]) -> Fan:
+    def _ring(self, sensors: list[int]) -> RangefinderRing:
         sites = self.model.sensor_objid[sensors]
         beams = self.data.site_xmat[sites].reshape(-1, 3, 3)[:, :, 2]
         steps = np.diff(np.unwrap(np.arctan2(beams[:, 1], beams[:, 0])))
         place = (self.data.site_xpos[sites].min(axis=0) + self.data.site_xpos[sites].max(axis=0)) / 2
-        return Fan(len(sensors), float(np.abs(steps).sum()), place, float(self.model.sensor_cutoff[sensors[0]]))
+        return RangefinderRing(
+            len(sensors), float(np.abs(steps).sum()), place, float(self.model.sensor_cutoff[sensors[0]])
+        )
 
     def sensors(self) -> dict[str, list[str]]:
-        """Names of the sensors by their kind, numbered ones as `range_00 … range_39`."""
+        """Names of the sensors by kind, numbered ones as `range_00 … range_39`."""
         kinds: dict[str, dict[str, list[str]]] = {}
         for index in range(self.model.nsensor):
             kind = mujoco.mjtSensor(int(self.model.sensor_type[index])).name[7:].lower()
             name = str(self.model.sensor(index).name)
-            kinds.setdefault(kind, {}).setdefault(_front(name), []).append(name)
+            kinds.setdefault(kind, {}).setdefault(_prefix(name), []).append(name)
         return {
             kind: [names[0] if len(names) == 1 else f"{names[0]} … {names[-1]}" for names in groups.values()]
             for kind, groups in kinds.items()
         }
 
     def cameras(self) -> dict[str, tuple[FloatArray, float]]:
-        """Cameras that the robot carries: place, (3,) m, base frame, and vertical field of view, rad."""
+        """The robot's cameras: position, (3,) m, base frame, and vertical field of view, rad."""
         model = self.model
         return {
             model.cam(index).name: (np.array(self.data.cam_xpos[index]), float(np.deg2rad(model.cam_fovy[index])))
@@ -198,6 +201,6 @@ class RobotModel:
         return min(geoms, key=lambda geom: extent(self.model, self.data, [geom], Z)[0])
 
 
-def _front(name: str) -> str:
-    """A name without the number at its end."""
+def _prefix(name: str) -> str:
+    """A name without its trailing number."""
     return re.sub(r"_?\d+$", "", name)

@@ -1,4 +1,4 @@
-"""What a tool's first word may name: a task's scene, the robot alone, or any MJCF file."""
+"""The scene argument of tools: a task's scene, the robot alone, or any MJCF file."""
 
 from pathlib import Path
 
@@ -11,10 +11,10 @@ ROBOT_SCENE = MODELS / "pioneer" / "scene.xml"
 
 
 def scene_file(argument: str) -> Path:
-    """The scene file that a word names.
+    """The scene file that an argument names.
 
     Raises:
-        UserError: it names neither a task nor the robot and is no path of an .xml file.
+        UserError: it names neither a task, nor the robot, nor an .xml file.
     """
     if argument in tasks.ALL_TASKS:
         return scene_path(argument)

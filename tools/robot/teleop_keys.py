@@ -1,16 +1,16 @@
-"""Keys to commands: what a keyboard asks of the robot, without a screen."""
+"""Keys to velocity commands; needs no screen."""
 
 from tasks.constants import MAX_ANGULAR_VELOCITY, MAX_LINEAR_VELOCITY
 from tasks.physics import Velocity
 
-# GLFW's codes, which MuJoCo's viewer hands on. The passive viewer uses neither the arrows nor space; it has nearly all
-# letters for itself (what is drawn) and the digits (groups of geoms), and Backspace for a reset of its own.
+# GLFW's codes, as MuJoCo's viewer reports them. The passive viewer leaves the arrows and space free; it uses nearly all
+# letters (drawing options), the digits (groups of geoms), and Backspace for a reset of its own.
 RIGHT, LEFT, DOWN, UP, SPACE, BACKSPACE = 262, 263, 264, 265, 32, 259
 
 LINEAR_STEP = 0.1  # m/s a press
 ANGULAR_STEP = MAX_ANGULAR_VELOCITY / 6  # rad/s a press
 
-# Key → what a press of it adds to the forward speed and to the turn rate.
+# Key → change of the forward speed and of the turn rate by one press.
 _STEPS = {UP: (LINEAR_STEP, 0.0), DOWN: (-LINEAR_STEP, 0.0), LEFT: (0.0, ANGULAR_STEP), RIGHT: (0.0, -ANGULAR_STEP)}
 
 HELP = (
@@ -23,7 +23,7 @@ HELP = (
 
 
 class Teleop:
-    """The command that the keys pressed so far add up to.
+    """The sum of the keys pressed so far, as a command.
 
     Attributes:
         command: forward speed in ±MAX_LINEAR_VELOCITY (m/s) and turn rate in ±MAX_ANGULAR_VELOCITY (rad/s).
@@ -33,17 +33,17 @@ class Teleop:
         self.command = Velocity(0.0, 0.0)
 
     def press(self, key: int) -> None:
-        """Take a key, GLFW's code; one that means nothing here changes nothing."""
+        """Handle a key, GLFW's code; other keys change nothing."""
         if key in (SPACE, BACKSPACE):
             self.command = Velocity(0.0, 0.0)
             return
-        more_linear, more_angular = _STEPS.get(key, (0.0, 0.0))
-        linear, angular = self.command.linear + more_linear, self.command.angular + more_angular
+        linear_step, angular_step = _STEPS.get(key, (0.0, 0.0))
+        linear, angular = self.command.linear + linear_step, self.command.angular + angular_step
         self.command = Velocity(
             _clipped(linear, MAX_LINEAR_VELOCITY, LINEAR_STEP), _clipped(angular, MAX_ANGULAR_VELOCITY, ANGULAR_STEP)
         )
 
 
 def _clipped(value: float, limit: float, step: float) -> float:
-    """Within ±limit, and on a whole number of steps, so that as many presses back end at rest."""
+    """Clip to ±limit, rounded to whole steps, so that as many presses back end at rest."""
     return max(-limit, min(limit, step * round(value / step)))

@@ -1,4 +1,4 @@
-"""MuJoCo's viewer, opened where there is a screen and closed cleanly."""
+"""MuJoCo's viewer, checked for a screen and closed cleanly."""
 
 import contextlib
 import importlib
@@ -16,15 +16,15 @@ CLOSING = 5.0  # s that the viewer's own thread gets to end
 
 @contextlib.contextmanager
 def open_viewer(model: mujoco.MjModel, data: mujoco.MjData, on_key: Callable[[int], None]) -> Iterator[Any]:
-    """The passive viewer, showing the whole scene, and the robot's body `base` in the middle where there is one.
+    """The passive viewer, with the whole scene in view and the body `base`, where there is one, in the middle.
 
     Args:
-        model: what is shown.
-        data: its state, as of each sync().
+        model: the scene.
+        data: its state, shown at each sync().
         on_key: called with GLFW's code of each key, by the viewer's thread.
 
     Raises:
-        UserError: there is no screen, or none that can draw.
+        UserError: there is no screen with OpenGL.
     """
     check_screen()
     viewer = importlib.import_module("mujoco.viewer")  # only now: it looks for GLFW's library at import
@@ -52,7 +52,7 @@ def _look_at(model: mujoco.MjModel, camera: mujoco.MjvCamera) -> None:
 
 
 def check_screen() -> None:
-    """UserError where no window can be opened; the viewer itself would wait for ever."""
+    """UserError where no window can be opened; the viewer itself would hang."""
     try:
         glfw = importlib.import_module("glfw")
         with warnings.catch_warnings():

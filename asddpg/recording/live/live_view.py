@@ -63,7 +63,7 @@ class LiveView:
         self._channels = Channels(cameras.names if cameras else ())
         self._reader = MomentReader(environment, cameras)
         model = self._physics.model.ptr
-        states = States(BodyFrames.of(model), environment.scan_shape)
+        states = States(BodyFrames.from_model(model), environment.scan_shape)
         self._publisher = Publisher(self._channels.log, states, scene_message(model))
         self._controls = LiveControls(speed, steering)
         self._listener = LiveListener(self._controls, self._refuse)

@@ -50,7 +50,6 @@ from asddpg.recording.messages.topics import CMD_VEL_SCHEMA, OUTCOME_SCHEMA, STE
 from asddpg.recording.recorder import BATCH_STEPS, Provenance, Recorder, Selection, every_nth
 from tasks.scene.frames import BodyFrames, Frame
 from tasks.scene.shapes import Shape, scene_parts
-from tasks.scene.state_digest import state_digest
 from tests.conftest import ROOT, TINY
 
 PROVENANCE = Provenance("seed: 1\n", {"task": "nav_complex"})
@@ -269,7 +268,7 @@ def test_the_recorded_actions_give_the_same_states_to_the_last_bit(tmp_path: Pat
         environment.reset(options={"start": recording.start, "goal": recording.goal})
         for step in recording.steps():
             environment.step(np.array([step["action"]["v"], step["action"]["omega"]], dtype=np.float32))
-            assert state_digest(navigation_env(environment).physics.data.ptr) == step["digest"]
+            assert navigation_env(environment).physics.state_digest() == step["digest"]
 
 
 def test_recording_changes_nothing_that_is_learned(tmp_path: Path) -> None:
@@ -521,7 +520,7 @@ def test_relative_frames_compose_to_the_world_s() -> None:
     for _ in range(4):
         environment.step(np.array([0.3, 0.8], dtype=np.float32))
     physics = navigation_env(environment).physics
-    frames = BodyFrames.of(physics.model.ptr)
+    frames = BodyFrames.from_model(physics.model.ptr)
     data = physics.data.ptr
     (places,) = frames.relative([data.xpos.tobytes() + data.xquat.tobytes()])
     in_world: dict[str, tuple[Any, Any]] = {"world": (np.zeros(3), np.eye(3))}
@@ -622,7 +621,7 @@ def test_recordings_of_before_are_kept(tmp_path: Path, monkeypatch: pytest.Monke
 def test_how_to_read_a_journal_comes_back_from_its_text_and_bounds_what_it_asks_for() -> None:
     environment = environment_of("nav_gazebo")
     environment.reset(seed=101)
-    layout = Layout(BodyFrames.of(navigation_env(environment).physics.model.ptr), (3, 40), is_video=False)
+    layout = Layout(BodyFrames.from_model(navigation_env(environment).physics.model.ptr), (3, 40), is_video=False)
     text = layout.as_text()
     assert Layout.of_text(text).as_text() == text
     for wrong in ({"scan_shape": "[3, 1e12]"}, {"scan_shape": "[3]"}, {"frames": "{}"}):

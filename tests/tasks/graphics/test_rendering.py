@@ -92,7 +92,7 @@ def fake(name: str, monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, int]]:
 
 def use(modules: dict[str, str], asked_for: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(gl_context, "MODULES", {"egl": "no_egl", "osmesa": "no_osmesa", "glfw": "no_glfw", **modules})
-    monkeypatch.setattr(gl_context, "_forget_pyopengl", lambda: None)  # the other tests' is loaded
+    monkeypatch.setattr(gl_context, "_unload_pyopengl", lambda: None)  # the other tests' is loaded
     monkeypatch.setenv("MUJOCO_GL", asked_for or "")
 
 

@@ -13,7 +13,7 @@ import tasks
 from tasks.constants import GOAL_RADIUS
 from tasks.errors import TaskError
 from tasks.physics import Physics, Pose
-from tasks.registry import DEFINITIONS
+from tasks.registry import make_rule
 from tasks.room_geometry.footprints import Footprint
 from tasks.room_geometry.free_space import FreeSpace
 from tasks.room_geometry.held_out import held_out_goals, held_out_pairs
@@ -233,7 +233,7 @@ def touches(physics: Any, pose: Pose) -> bool:
 @pytest.mark.parametrize("name", ROOMS)
 def test_a_thousand_drawn_pairs_touch_nothing_and_lie_in_one_piece_of_shapelys_free_space(name: str) -> None:
     physics = Physics.from_xml_path(str(scene_path(name)))
-    rule, rng = DEFINITIONS[name].rule(physics.model.ptr), np.random.default_rng(3)
+    rule, rng = make_rule(name, physics.model.ptr), np.random.default_rng(3)
     pieces = shapely.MultiPolygon(free_pieces(physics.model.ptr, RADIUS))
     held_out = held_out_goals(name)
     for _ in range(1000):
@@ -248,7 +248,7 @@ def test_a_thousand_drawn_pairs_touch_nothing_and_lie_in_one_piece_of_shapelys_f
 @pytest.mark.parametrize("name", [name for name in tasks.ALL_TASKS if name not in ROOMS])
 def test_a_thousand_goals_of_the_papers_rule_can_be_reached_from_the_origin(name: str) -> None:
     model = open_scene(scene_path(name)).model.ptr
-    rule, rng = DEFINITIONS[name].rule(model), np.random.default_rng(3)
+    rule, rng = make_rule(name, model), np.random.default_rng(3)
     (piece,) = (piece for piece in free_pieces(model, RADIUS) if piece.covers(shapely.Point(0.0, 0.0)))
     things = shapely.MultiPolygon(free_pieces(model, 0.0))
     held_out = held_out_goals(name)
@@ -264,7 +264,7 @@ def test_a_thousand_goals_of_the_papers_rule_can_be_reached_from_the_origin(name
 @pytest.mark.parametrize("name", ROOMS)
 def test_at_a_drawn_start_the_robot_can_turn_right_round(name: str) -> None:
     physics = Physics.from_xml_path(str(scene_path(name)))
-    rule, rng = DEFINITIONS[name].rule(physics.model.ptr), np.random.default_rng(4)
+    rule, rng = make_rule(name, physics.model.ptr), np.random.default_rng(4)
     for _ in range(50):
         start, _ = rule.draw(rng, NOBODY)
         assert not any(touches(physics, start._replace(yaw=yaw)) for yaw in np.arange(0.0, 2 * pi, pi / 18).tolist())
@@ -287,7 +287,7 @@ def test_stored_pairs_keep_the_bounds_by_a_visibility_graph(name: str) -> None:
 @pytest.mark.parametrize("name", ROOMS)
 def test_a_thousand_drawn_pairs_are_planned_by_a_visibility_graph_within_the_bounds(name: str) -> None:
     model = open_scene(scene_path(name)).model.ptr
-    rule, rng = DEFINITIONS[name].rule(model), np.random.default_rng(5)
+    rule, rng = make_rule(name, model), np.random.default_rng(5)
     min_path, max_path = {"nav_gazebo": (1.5, 8.0), "nav_office": (3.0, 8.0)}[name]
     graph = VisibilityGraph(max(free_pieces(model, RADIUS + MARGIN), key=lambda piece: piece.area), max_path)
     for _ in range(1000):
@@ -297,7 +297,7 @@ def test_a_thousand_drawn_pairs_are_planned_by_a_visibility_graph_within_the_bou
 
 @pytest.mark.parametrize("name", tasks.ALL_TASKS)
 def test_a_draw_takes_less_than_a_millisecond(name: str) -> None:
-    rule, rng = DEFINITIONS[name].rule(Physics.from_xml_path(str(scene_path(name))).model.ptr), np.random.default_rng(0)
+    rule, rng = make_rule(name, Physics.from_xml_path(str(scene_path(name))).model.ptr), np.random.default_rng(0)
     held_out, times = held_out_goals(name), []
     for _ in range(500):
         begun = time.perf_counter()

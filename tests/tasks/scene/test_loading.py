@@ -9,7 +9,7 @@ import tasks
 from tasks import registry
 from tasks.errors import TaskError
 from tasks.physics import Physics
-from tasks.scene.checks import missing_elements
+from tasks.scene.checks import find_missing_elements
 from tasks.scene.loading import MODELS, TASK_CAMERAS, load_model, model_hash, open_scene, scene_path
 
 BEAMS = '<rangefinder name="range_00" site="ray"/>'
@@ -50,7 +50,7 @@ def test_the_least_scene_with_a_robot_opens(tmp_path: Path) -> None:
 @pytest.mark.parametrize("name", tasks.ALL_TASKS)
 def test_the_scenes_of_the_tasks_open_and_are_the_same_model_as_ever(name: str) -> None:
     physics = open_scene(scene_path(name), TASK_CAMERAS)
-    assert missing_elements(physics.model.ptr, TASK_CAMERAS) == []
+    assert find_missing_elements(physics.model.ptr, TASK_CAMERAS) == []
     assert model_hash(physics.model.ptr) == model_hash(Physics.from_xml_path(str(scene_path(name))).model.ptr)
 
 

@@ -20,7 +20,6 @@ from asddpg.recording.files.reading import open_recording
 from asddpg.recording.recorder import BATCH_STEPS, Provenance, Recorder, Selection, every_nth
 from asddpg.runs.run_folder import config_text
 from tasks.errors import TaskError
-from tasks.scene.state_digest import state_digest
 from tests.asddpg.recording.test_recording import environment_of
 from tools import contact_sheet, episode_frame, episode_map, episode_plot
 from tools.drawing.map_view import MapView
@@ -67,7 +66,7 @@ def test_an_episode_run_again_goes_through_the_recorded_states(file: str) -> Non
     counts = []
     for count, step in states:
         counts.append(count)
-        assert step is None or state_digest(states.physics.data.ptr) == step["digest"]
+        assert step is None or states.physics.state_digest() == step["digest"]
     assert counts == [*range(STEPS + 1)]
     assert states.outcome == "cut"
 

@@ -1,4 +1,4 @@
-"""The robot's figures against analysis."""
+"""Properties of the robot against analysis."""
 
 import json
 import math
@@ -7,9 +7,9 @@ import mujoco
 import numpy as np
 import pytest
 
+from tasks.room_geometry.geom_shapes import extent
 from tasks.scene.loading import load_model, open_scene
 from tools import robot_figures
-from tools.robot.extents import circumscribed_radius, extent
 from tools.robot.robot_model import RobotModel
 from tools.robot.scene_argument import ROBOT_SCENE
 
@@ -33,16 +33,16 @@ def test_mass_and_inertia_are_those_of_the_free_joints_block_of_the_mass_matrix(
 
 def test_speed_and_turn_rate_are_what_the_robot_does_with_its_wheels_at_the_limit() -> None:
     found = robot()
-    abilities = robot_figures.figures(found)["what the drive gives the robot"]
+    performance = robot_figures.measure_robot(found)["performance of the drive"]
     physics = open_scene(ROBOT_SCENE)
     limit = found.wheel_speed_limit()
-    for commands, figure, reading in (((limit, limit), "speed", 0), ((-limit, limit), "turn rate", 1)):
+    for commands, quantity, reading in (((limit, limit), "speed", 0), ((-limit, limit), "turn rate", 1)):
         physics.reset()
         for side, command in zip(("left_wheel", "right_wheel"), commands, strict=True):
             physics.data.ptr.ctrl[physics.model.ptr.actuator(side).id] = command
         physics.step(600)  # 3 s
         # At 7 rad/s on the spot the wheels slip a little.
-        assert physics.velocity()[reading] == pytest.approx(abilities[figure].value, rel=0.06)
+        assert physics.velocity()[reading] == pytest.approx(performance[quantity].value, rel=0.06)
 
 
 def test_footprint_and_beams_of_known_shapes() -> None:
@@ -57,7 +57,6 @@ def test_footprint_and_beams_of_known_shapes() -> None:
     )
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    assert circumscribed_radius(model, data, [0]) == pytest.approx(5.0, rel=1e-6)
     z = np.array([0.0, 0.0, 1.0])
     spans = [extent(model, data, [geom], z) for geom in range(5)]
     np.testing.assert_allclose(spans, [(-1, 1), (-1, 1), (-3, 3), (-3, 3), (3, 7)], atol=1e-9)
@@ -70,9 +69,9 @@ def test_the_robot_stands_on_the_floor_and_its_laser_looks_ahead() -> None:
     assert low == pytest.approx(0.0, abs=1e-3)
     assert 0.2 < high <= found.overall_height()
     assert 0.5 < found.load_on_wheels() < 1.0
-    fan = found.fans()["range"]
-    assert fan.beams == 40
-    assert fan.field_of_view == pytest.approx(4 / 3 * math.pi)
+    ring = found.rangefinder_rings()["range"]
+    assert ring.beams == 40
+    assert ring.field_of_view == pytest.approx(4 / 3 * math.pi)
     assert {"chase", "onboard"} <= set(found.cameras())
 
 
@@ -118,8 +117,11 @@ def test_a_robot_of_another_make_a_swivel_caster_sonar_no_limits() -> None:
     assert found.spin_inertia() == pytest.approx(0.5 * 1 * 0.1**2)
     # Moments about the axle: 0.1 kg of fork 0.2 m and 0.1 kg of wheel 0.25 m behind it, borne 0.25 m behind it.
     assert found.load_on_wheels() == pytest.approx(1 - (0.1 * 0.2 + 0.1 * 0.25) / 10.2 / 0.25)
-    assert [(name, fan.beams, fan.range) for name, fan in found.fans().items()] == [("range", 2, 0), ("sonar", 1, 3)]
-    assert found.fans()["range"].field_of_view == pytest.approx(math.pi / 2)
-    printed = robot_figures.table(robot_figures.figures(found))
+    assert [(name, ring.beams, ring.range) for name, ring in found.rangefinder_rings().items()] == [
+        ("range", 2, 0),
+        ("sonar", 1, 3),
+    ]
+    assert found.rangefinder_rings()["range"].field_of_view == pytest.approx(math.pi / 2)
+    printed = robot_figures.table(robot_figures.measure_robot(found))
     assert printed.count("not limited") == 6
     assert "range_00 … range_01, sonar_0" in printed

@@ -7,11 +7,11 @@ import pytest
 
 from asddpg.errors import UserError
 from tasks.constants import MAX_ANGULAR_VELOCITY, MAX_LINEAR_VELOCITY
-from tasks.registry import definition_of
+from tasks.registry import make_rule
 from tasks.scene.loading import open_scene
 from tools import teleop
 from tools.robot import viewer
-from tools.robot.pacing import LATE, Pace
+from tools.robot.pacing import LATE, RealTimeClock
 from tools.robot.scene_argument import ROBOT_SCENE, scene_file
 from tools.robot.teleop_keys import ANGULAR_STEP, BACKSPACE, DOWN, LEFT, LINEAR_STEP, RIGHT, SPACE, UP, Teleop
 from tools.teleop import TeleopSession
@@ -19,7 +19,7 @@ from tools.teleop import TeleopSession
 
 def drive_of(task: str) -> TeleopSession:
     physics = open_scene(scene_file(task))
-    return TeleopSession(physics, definition_of(task).rule(physics.model.ptr))
+    return TeleopSession(physics, make_rule(task, physics.model.ptr))
 
 
 def test_each_arrow_adds_its_step_and_space_stops() -> None:
@@ -126,11 +126,11 @@ def test_the_pace_catches_up_and_lets_long_delays_go(monkeypatch: pytest.MonkeyP
 
     monkeypatch.setattr("tools.robot.pacing.time.monotonic", lambda: now[0])
     monkeypatch.setattr("tools.robot.pacing.time.sleep", sleep)
-    pace, done = Pace(0.02), 0
+    clock, done = RealTimeClock(0.02), 0
     for drawing in (0.001, 0.015, 0.1, 0.03, 0.001, 0.2):
-        done += pace.wait()
+        done += clock.wait_frames()
         now[0] += drawing
     assert done == pytest.approx((now[0] - 0.2 - 10.0) / 0.02, abs=1.1)
     now[0] += 60.0
-    assert pace.wait() == LATE / 0.02
-    assert pace.wait() == 1
+    assert clock.wait_frames() == LATE / 0.02
+    assert clock.wait_frames() == 1
