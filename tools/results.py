@@ -1,21 +1,20 @@
-"""The runs behind the README's figures: `python -m tools.results`, or some of the groups by name.
+"""The runs behind the published results: `python -m tools.results`, or some of the groups by name.
 
 Trains what is missing in runs/results, two runs at a time, and writes the table. Finished runs are kept and not trained
-again; one that was broken off goes on. `list` prints the groups and how long they take, `table` the table of the
-runs there are. With `published` the runs of docs/runs/results.csv count as there.
+again; an interrupted one goes on. `list` prints the groups and how long they take, `table` the table of the finished
+runs. With `published` the runs of docs/runs/results.csv count as finished.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from asddpg.command_line import train_config
-from asddpg.errors import UserError
 from asddpg.program import run
 from tools.experiments import controller_alone
-from tools.experiments.run_csv import PUBLISHED
-from tools.experiments.run_grid import OWN_WORDS, VERBS, end, run_grid
-from tools.experiments.run_groups import Group
-from tools.experiments.run_tables import LEGEND, Results, runs_table
+from tools.experiments.grid import parse_words, run_grid
+from tools.experiments.run_csv import PUBLISHED, read_csv
+from tools.experiments.run_store import Results, RunStore
+from tools.experiments.runs import Group
+from tools.experiments.tables import LEGEND, runs_table
 
 FOLDER = Path("runs") / "results"
 TABLE = PUBLISHED / "results.csv"
@@ -44,29 +43,17 @@ GROUPS = {
 
 def main(arguments: Sequence[str]) -> None:
     """Train and write the table, or list."""
-    plain = [argument.removeprefix("--") for argument in arguments]
-    unknown = [argument for argument in plain if argument not in (*OWN_WORDS, *GROUPS)]
-    if unknown:
-        raise UserError(f"there is no group {unknown[0]!r}; there are {', '.join(GROUPS)}, and {', '.join(OWN_WORDS)}")
-    verbs = [argument for argument in plain if argument in VERBS]
-    if len(verbs) > 1:
-        raise UserError("list or table, not both")
-    groups = {name: group for name, group in GROUPS.items() if name in plain} or GROUPS
-    published = TABLE if "published" in plain else None
-
-    def drawn(results: Results) -> str:
-        return report(groups, results, may_drive=not verbs)
-
-    end(run_grid("".join(verbs), groups, FOLDER, drawn, published))
+    verb, is_published, groups = parse_words(arguments, GROUPS, "group")
+    store = RunStore(FOLDER, read_csv(TABLE) if is_published else {})
+    run_grid(verb, groups, store, lambda results: draw(groups, results, may_drive=not verb))
 
 
-def report(groups: dict[str, Group], results: Results, may_drive: bool) -> str:
+def draw(groups: Mapping[str, Group], results: Results, may_drive: bool) -> str:
     """The runs, and what the controller does alone in their rooms and with their gains."""
-    configs = [train_config(group.options) for group in groups.values()]
-    assisted = [config for config in configs if config.agent.assisted]
-    alone = controller_alone.table(controller_alone.measured(assisted, FOLDER, may_drive))
+    assisted = [group.config for group in groups.values() if group.config.agent.assisted]
+    alone = controller_alone.table(assisted, FOLDER, may_drive)
     if assisted and not alone:
-        alone = "The controller alone has not been driven here yet; without the word table it is."
+        alone = "The controller alone has not been driven here yet; without `table` it is."
     return "\n\n".join(part for part in (runs_table(groups, results), LEGEND, alone) if part)
 
 

@@ -1,51 +1,53 @@
 """Run folders as a finished training leaves them, with figures made up."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 
-from tools.experiments.run_groups import Group
-from tools.experiments.run_store import Settings
+from asddpg.runs.run_folder import config_text
+from tools.experiments.runs import Group, Run
 
 
 def finish(
     folder: Path,
-    settings: Settings,
+    run: Run,
     *,
-    reach: float = 0.5,
+    success: float = 0.5,
     outcomes: Sequence[str] = ("reached", "crashed"),
     shares: Sequence[float] = (0.25,),
     validations: Sequence[float] = (0.5,),
     prefers: Sequence[float] | None = None,
     model_hash: str = "0123456789abcdef",
+    provenance: Mapping[str, str] | None = None,
 ) -> Path:
     """Write a run: its episodes are equally long and fill its steps, outcomes and shares repeat over them.
 
     `prefers` is Q(controller) − Q(policy) by step; without it there is no steps.npz.
     """
-    folder.mkdir(parents=True)
-    made = {"run_dir": "somewhere", "provenance": {"asddpg": "0.0.9", "model_hash": model_hash}}
-    (folder / "config.yaml").write_text(yaml.safe_dump(settings | made, allow_unicode=True), encoding="utf-8")
-    (folder / "metrics.csv").write_text("\n".join(_episodes(settings["total_steps"], outcomes, shares)) + "\n")
+    path = folder / run.name
+    path.mkdir(parents=True)
+    made = {"asddpg": "0.0.9", "model_hash": model_hash, **(provenance or {})}
+    (path / "config.yaml").write_text(config_text(asdict(run.config), made), encoding="utf-8")
+    (path / "metrics.csv").write_text("\n".join(_episodes(run.config.total_steps, outcomes, shares)) + "\n")
     rows = [f"{number + 1},{value},0,0" for number, value in enumerate(validations)]
-    (folder / "validation.csv").write_text("\n".join(["step,success_rate,collision_rate,metric", *rows]) + "\n")
-    (folder / "test.json").write_text(json.dumps({"last": _figures(reach), "best": _figures(min(reach + 0.1, 1))}))
+    (path / "validation.csv").write_text("\n".join(["step,success_rate,collision_rate,metric", *rows]) + "\n")
+    (path / "test.json").write_text(json.dumps({"last": _rates(success), "best": _rates(min(success + 0.1, 1))}))
     if prefers is not None:
         values = np.asarray(prefers, dtype=np.float32)
-        np.savez(folder / "steps.npz", q_policy=0 * values, q_controller=values)
-    took = {"training_seconds": settings["total_steps"] / 100, "peak_memory_mb": 500.0}
-    (folder / "resources.json").write_text(json.dumps(took))
-    return folder
+        np.savez(path / "steps.npz", q_policy=0 * values, q_controller=values)
+    took = {"training_seconds": run.config.total_steps / 100, "peak_memory_mb": 500.0}
+    (path / "resources.json").write_text(json.dumps(took))
+    return path
 
 
-def finish_group(folder: Path, name: str, group: Group, reaches: Sequence[float], **made_up: Any) -> None:
+def finish_group(folder: Path, group: Group, successes: Sequence[float], **made_up: Any) -> None:
     """Write the runs of a group, one for each of its first seeds."""
-    for seed, reach in zip(group.seeds, reaches, strict=False):
-        finish(folder / f"{name}_seed{seed}", group.settings(seed), reach=reach, **made_up)
+    for seed, success in zip(group.seeds, successes, strict=False):
+        finish(folder, group.run(seed), success=success, **made_up)
 
 
 def _episodes(total: int, outcomes: Sequence[str], shares: Sequence[float]) -> list[str]:
@@ -57,5 +59,5 @@ def _episodes(total: int, outcomes: Sequence[str], shares: Sequence[float]) -> l
     return lines
 
 
-def _figures(reach: float) -> dict[str, Any]:
-    return {"success_rate": {"value": reach, "ci95": [0, 1]}, "collision_rate": {"value": 1 - reach, "ci95": [0, 1]}}
+def _rates(success: float) -> dict[str, Any]:
+    return {"success_rate": {"value": success, "ci95": [0, 1]}, "collision_rate": {"value": 1 - success}}

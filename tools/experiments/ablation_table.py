@@ -1,103 +1,105 @@
-"""The ablation's table: what each factor changes against its reference, sorted by it."""
+"""The ablation's table: what each factor changes against its reference; and what the first seed rules out."""
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import replace
 
 from asddpg.episodes.intervals import Estimate, mean
 from tools.experiments.chance import chance
 from tools.experiments.markdown import markdown
-from tools.experiments.run_groups import Group
-from tools.experiments.run_tables import COLUMNS, LEGEND, Column, Result, Results, missing_note, over_seeds
+from tools.experiments.run_metrics import METRICS, Metric
+from tools.experiments.run_store import FinishedRun, Results
+from tools.experiments.runs import Group
+from tools.experiments.tables import LEGEND, mean_cell, missing_note, value_cell
 
 EFFECT_ON = "success_last"
-SHOWN = (
-    "success_last",
-    "collision_last",
-    "success_best",
-    "success_training",
-    "share_end",
-    "switch_prefers",
-    "last_five",
-    "swing",
-)
-EFFECT = Column("effect on reach", "{:+.3f}", is_share=False)
+SHOWN = ["success_last", "collision_last", "success_best", "success_training", "share_end", "switch_prefers"]
+SHOWN += ["last_five", "swing"]
+EFFECT = Metric("effect on success rate", "{:+.3f}", is_share=False)
+UNKNOWN = Estimate(None, None, None)
 
 
-@dataclass(frozen=True)
-class Row:
-    """A row of the grid and the name of the row it is measured against; a root of the grid has none."""
-
-    group: Group
-    reference: str | None
-
-
-def report(title: str, rows: Mapping[str, Row], results: Results) -> str:
-    """A table for each reference; rows without a finished run are left out."""
-    header = ["setting", "seeds", f"{COLUMNS[EFFECT_ON].title}, by seed", EFFECT.title]
-    header += [COLUMNS[key].title for key in SHOWN]
+def ablation_table(title: str, grid: Mapping[str, Group], results: Results) -> str:
+    """A table for each root of the grid; groups without a finished run are left out."""
+    shown = METRICS[EFFECT_ON].title
+    header = ["setting", "seeds", f"{shown}, by seed", EFFECT.title, *(METRICS[name].title for name in SHOWN)]
     against = "from the first row, or from the one that is named"
-    parts = [title, f"Effect: difference of {COLUMNS[EFFECT_ON].title} {against}, paired by seed."]
-    for root in (name for name, row in rows.items() if row.reference is None):
-        lines = _lines(root, rows, results)
-        parts += [markdown(header, lines), *_chance_note(root, rows, results)] if lines else []
+    parts = [title, f"Effect: difference of {shown} {against}, paired by seed."]
+    for root in (name for name, group in grid.items() if group.reference is None):
+        rows = _rows(root, grid, results)
+        parts += [markdown(header, rows), *_chance_note(root, grid, results)] if rows else []
     return "\n\n".join([*parts, LEGEND])
 
 
-def _chance_note(root: str, rows: Mapping[str, Row], results: Results) -> list[str]:
-    """What a difference has to exceed; nothing where it cannot be told."""
-    seeds = rows[root].group.seeds
-    values = [_by_seed(results[name]) for name in rows if _root(name, rows) == root]
-    complete = [[of_setting[seed] for seed in seeds] for of_setting in values if set(seeds) <= set(of_setting)]
+def screen(grid: Mapping[str, Group], results: Results, margin: float) -> dict[str, Group]:
+    """The grid; groups that their first seed rules out keep the runs there are, and say so in their title.
+
+    Ruled out is a group that falls short of its reference by more than `margin`, or reaches less than `margin` at all.
+    A root stays, and so does the reference of a group that stays.
+    """
+
+    def first_rate(name: str) -> float | None:
+        return _rates(results[name]).get(grid[name].seeds[0])
+
+    kept: set[str | None] = set()
+    for name, group in grid.items():
+        rate, base = first_rate(name), first_rate(group.reference or name)
+        falls_short = rate is not None and (rate < margin or (base is not None and rate < base - margin))
+        if group.reference is None or not falls_short:
+            kept |= set(_references(name, grid))
+    return {name: group if name in kept else _rule_out(group, results[name]) for name, group in grid.items()}
+
+
+def _rule_out(group: Group, runs: Mapping[int, FinishedRun]) -> Group:
+    is_whole = len(runs) == len(group.seeds)
+    return group if is_whole else replace(group, title=f"{group.title} (ruled out)", seeds=tuple(runs))
+
+
+def _references(name: str, grid: Mapping[str, Group]) -> list[str]:
+    """A group, its reference, the reference of that, up to the root."""
+    reference = grid[name].reference
+    return [name, *(_references(reference, grid) if reference else [])]
+
+
+def _rates(runs: Mapping[int, FinishedRun]) -> dict[int, float]:
+    return {seed: value for seed, run in runs.items() if (value := run.metrics[EFFECT_ON]) is not None}
+
+
+def _rows(root: str, grid: Mapping[str, Group], results: Results) -> list[list[str]]:
+    effects = {root: UNKNOWN}
+    for name, group in grid.items():
+        if group.reference and _references(name, grid)[-1] == root:
+            base = _rates(results[group.reference])
+            rates = _rates(results[name]).items()
+            effects[name] = mean([rate - base[seed] for seed, rate in rates if seed in base])
+    # The root first, then the largest effect; those not known yet at the end.
+    order = sorted(effects, key=lambda name: (name != root, effects[name].value is None, -(effects[name].value or 0.0)))
+    return [_row(root, name, grid, results[name], effects[name]) for name in order if results[name]]
+
+
+def _row(
+    root: str, name: str, grid: Mapping[str, Group], runs: Mapping[int, FinishedRun], effect: Estimate
+) -> list[str]:
+    group = grid[name]
+    against = f", against {grid[group.reference].title}" if group.reference not in (None, root) else ""
+    return [
+        group.title + against + missing_note(group, len(runs)),
+        ", ".join(str(seed) for seed in runs),
+        ", ".join(value_cell(EFFECT_ON, run) for run in runs.values()),
+        EFFECT.cell(effect),
+        *(mean_cell(metric, runs.values()) for metric in SHOWN),
+    ]
+
+
+def _chance_note(root: str, grid: Mapping[str, Group], results: Results) -> list[str]:
+    """What a difference has to exceed; nothing where too few runs tell it."""
+    seeds = grid[root].seeds
+    rates = [_rates(results[name]) for name in grid if _references(name, grid)[-1] == root]
+    complete = [[by_seed[seed] for seed in seeds] for by_seed in rates if set(seeds) <= set(by_seed)]
     apart, others = chance(complete), len(complete) - 1
     if apart is None:
         return []
     return [
         f"Chance alone sets two settings of {len(seeds)} seeds up to {apart:.3f} apart (95 %, from the spread of the "
-        f"{len(complete)} settings with all seeds). Who looks at all of them looks for the largest: among {others} "
+        f"{len(complete)} settings with all seeds). The largest of all differences has to exceed more: among {others} "
         f"differences chance gives one of up to {chance(complete, others):.3f}."
-    ]
-
-
-def _by_seed(results: Sequence[Result]) -> dict[int, float]:
-    values = {result.seed: getattr(result.metrics, EFFECT_ON) for result in results}
-    return {seed: value for seed, value in values.items() if value is not None}
-
-
-def _lines(root: str, rows: Mapping[str, Row], results: Results) -> list[list[str]]:
-    below = {name: row.reference for name, row in rows.items() if row.reference and _root(name, rows) == root}
-    effects = {name: effect(results[name], results[reference]) for name, reference in below.items()}
-    order = sorted(effects, key=lambda name: _sort_key(effects[name]))
-    lines = []
-    for name in (name for name in (root, *order) if results[name]):
-        group, reference = rows[name].group, below.get(name, root)
-        against = "" if reference == root else f", against {rows[reference].group.title}"
-        lines.append(_line(group, against, results[name], effects.get(name)))
-    return lines
-
-
-def _root(name: str, rows: Mapping[str, Row]) -> str:
-    reference = rows[name].reference
-    return name if reference is None else _root(reference, rows)
-
-
-def _sort_key(estimate: Estimate) -> tuple[bool, float]:
-    """Largest first, those not known yet at the end."""
-    return (estimate.value is None, -(estimate.value or 0.0))
-
-
-def effect(results: Sequence[Result], reference: Sequence[Result]) -> Estimate:
-    """Mean difference between runs of the same seed."""
-    base = _by_seed(reference)
-    return mean([value - base[seed] for seed, value in _by_seed(results).items() if seed in base])
-
-
-def _line(group: Group, against: str, results: Sequence[Result], difference: Estimate | None) -> list[str]:
-    column = COLUMNS[EFFECT_ON]
-    by_seed = [column.cell(Estimate(getattr(result.metrics, EFFECT_ON), None, None)) for result in results]
-    return [
-        group.title + against + missing_note(group, results),
-        ", ".join(str(result.seed) for result in results),
-        ", ".join(by_seed),
-        EFFECT.cell(difference or Estimate(None, None, None)),
-        *(COLUMNS[key].cell(over_seeds(results, key)) for key in SHOWN),
     ]

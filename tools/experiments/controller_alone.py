@@ -2,94 +2,68 @@
 
 import dataclasses
 import json
-import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
 from asddpg.build import controller_for, make_environment
-from asddpg.config import ControllerConfig, TaskConfig, TrainConfig
+from asddpg.config import ControllerConfig, TrainConfig
 from asddpg.episodes.drivers import controller_alone
 from asddpg.episodes.evaluation import ROWS, cell, evaluate
 from asddpg.episodes.intervals import Estimate
-from asddpg.runs.provenance import versions
 from asddpg.runs.run_folder import write_json
 from tasks.evaluation_pairs import stored_pairs
-from tools.experiments.current_scenes import scene_today
 from tools.experiments.markdown import markdown
-from tools.experiments.run_store import flat
+from tools.experiments.runs import current_scene, differences, digest
 
-FIGURES = {field: row for field, row in ROWS.items() if field != "metric"}
-
-
-def title_of(config: TrainConfig) -> str:
-    """Room, controller, gains, and what else the task has that its default has not."""
-    gains = ", ".join(str(gain).removesuffix(".0") for gain in config.controller.gains)
-    kind = config.controller.type
-    name = "P" if kind == ControllerConfig().type else kind
-    return ", ".join([config.task.name, f"{name}({gains})", *_of_its_own(config.task)])
+SHOWN = {name: row for name, row in ROWS.items() if name != "metric"}
 
 
-def _of_its_own(task: TaskConfig) -> list[str]:
-    defaults = dict(flat(dataclasses.asdict(TaskConfig(name=task.name))))
-    return [f"{name}={value}" for name, value in flat(dataclasses.asdict(task)) if value != defaults[name]]
+def table(configs: Iterable[TrainConfig], folder: Path, may_drive: bool) -> str:
+    """A row for each room and controller; one not kept in the folder yet is driven, or left out if that may not be.
 
-
-def path_of(config: TrainConfig, folder: Path) -> Path:
-    """Where its figures are kept."""
-    return folder / f"controller_{re.sub(r'[^A-Za-z0-9.=-]+', '_', title_of(config)).strip('_')}.json"
-
-
-def measured(configs: Iterable[TrainConfig], folder: Path, may_drive: bool) -> dict[str, Mapping[str, Any]]:
-    """Figures by title, driven where they are not kept yet or no longer fit; left out if that may not be."""
-    found: dict[str, Mapping[str, Any]] = {}
+    Nothing comes back where no row is left.
+    """
+    rows: dict[str, list[str]] = {}
     for config in configs:
-        title, path = title_of(config), path_of(config, folder)
-        content = found.get(title) or _kept(path, config) or (_drive(path, config) if may_drive else None)
-        if content:
-            found[title] = content
-    return found
+        metrics = _measure(config, folder, may_drive)
+        if metrics:
+            cells = [cell(_estimate(metrics[name]), form) for name, (_, form) in SHOWN.items()]
+            rows[describe(config)] = [describe(config), *cells]
+    header = ["controller alone", *(title for title, _ in SHOWN.values())]
+    note = "In brackets 95 % intervals over the stored test pairs, Wilson's for rates."
+    return f"{markdown(header, rows.values())}\n\n{note}" if rows else ""
 
 
-def _asked(config: TrainConfig) -> dict[str, Any]:
+def describe(config: TrainConfig) -> str:
+    """Room, controller, gains, and in what else the task differs from its default."""
+    gains = ", ".join(str(gain).removesuffix(".0") for gain in config.controller.gains)
+    name = "P" if config.controller.type == ControllerConfig().type else config.controller.type
+    others = differences({"task": dataclasses.asdict(config.task)})
+    named = [f"{name.removeprefix('task.')}={value}" for name, value in others.items() if name != "task.name"]
+    return ", ".join([config.task.name, f"{name}({gains})", *named])
+
+
+def _estimate(metric: Mapping[str, Any]) -> Estimate:
+    return Estimate(metric["value"], *metric["ci95"])
+
+
+def _measure(config: TrainConfig, folder: Path, may_drive: bool) -> Mapping[str, Any] | None:
     task = config.task
-    return {
+    setting = {
         "task": dataclasses.asdict(task),
         "controller": dataclasses.asdict(config.controller),
-        "model_hash": scene_today(task.name, task.laser.num_beams),
+        "model_hash": current_scene(task.name, task.laser.num_beams),
     }
-
-
-def _kept(path: Path, config: TrainConfig) -> Mapping[str, Any] | None:
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return None
-    asked = _asked(config)
-    return content if isinstance(content, dict) and {key: content.get(key) for key in asked} == asked else None
-
-
-def _drive(path: Path, config: TrainConfig) -> Mapping[str, Any]:
-    environment = make_environment(config.task, config.reward)
-    driver = controller_alone(controller_for(environment, config.controller))
-    pairs = stored_pairs(config.task.name, "test", config.task.goal_radius)
-    metrics = evaluate(environment, driver, pairs, config.task.control_timestep)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    write_json(path, {**_asked(config), **metrics.as_dict(), **versions()})
-    print(f"measured the controller alone: {title_of(config)}", flush=True)
+    path = folder / f"controller_alone_{digest(setting)}.json"
+    if not path.exists():
+        if not may_drive:
+            return None
+        environment = make_environment(task, config.reward)
+        driver = controller_alone(controller_for(environment, config.controller))
+        pairs = stored_pairs(task.name, "test", task.goal_radius)
+        result = evaluate(environment, driver, pairs, task.control_timestep)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        write_json(path, setting | result.as_dict())
+        print(f"measured the controller alone: {describe(config)}", flush=True)
     return json.loads(path.read_text(encoding="utf-8"))  # type: ignore[no-any-return]
-
-
-def table(found: Mapping[str, Mapping[str, Any]]) -> str:
-    """A row for each room and gains, or nothing."""
-    if not found:
-        return ""
-    rows = [
-        [
-            title,
-            *(cell(Estimate(content[key]["value"], *content[key]["ci95"]), form) for key, (_, form) in FIGURES.items()),
-        ]
-        for title, content in found.items()
-    ]
-    header = ["controller alone", *(title for title, _ in FIGURES.values())]
-    return f"{markdown(header, rows)}\n\nIn brackets 95 % intervals over the stored test pairs, Wilson's for rates."

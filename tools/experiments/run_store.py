@@ -1,159 +1,97 @@
-"""Finished runs in a folder, found by what they were trained with and not by their name.
+"""Finished runs, found by the digest of what they were trained with.
 
-So one run serves every group that asks for the same, and a run whose options have changed since serves none.
+One run serves every group that asks for its options, and a run of other options serves none.
 """
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+import itertools
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
 
 from asddpg.errors import UserError
 from asddpg.runs.lock import RunLock
 from asddpg.runs.provenance import PROLONGED, RESUMED, versions
 from asddpg.runs.run_folder import RunFolder, read_config
-
-Settings = dict[str, Any]
-SHOWN_DIFFERENCES = 3
-# What changes nothing that is learned: where a run lies, how often it is kept, what is recorded, and who watches.
-WITHOUT_EFFECT = ("run_dir", "checkpoint_every", "record", "live", "port", "speed")
-
-
-class FinishedRun(Protocol):
-    """What a table says of a run beside its figures."""
-
-    @property
-    def settings(self) -> Settings:
-        """Every option that bears on the learning."""
-
-    @property
-    def provenance(self) -> Mapping[str, str]:
-        """Versions, and the hash of the scene."""
-
-    @property
-    def place(self) -> str:
-        """Where it lies."""
-
-
-R = TypeVar("R", bound=FinishedRun)
+from tools.experiments.run_metrics import Metrics, read_metrics
+from tools.experiments.runs import Group, Run, digest
 
 
 @dataclass(frozen=True)
-class StoredRun:
-    """A finished run in a folder."""
+class FinishedRun:
+    """What a table says of a run: its metrics, what it was made with, and the folder it lies or lay in."""
 
-    folder: RunFolder
-    settings: Settings
-    provenance: dict[str, str]
-
-    @property
-    def place(self) -> str:
-        """Where it lies."""
-        return str(self.folder.path)
+    metrics: Metrics
+    provenance: Mapping[str, str]
+    folder: str
 
 
-def stored_runs(folder: Path) -> list[StoredRun]:
-    """The finished runs in a folder, but for those whose configuration cannot be read, and prolonged ones.
+Results = Mapping[str, Mapping[int, FinishedRun]]  # by group and seed
 
-    The schedules of a prolonged run ended before it did, and one that went on in another scene or with other versions
-    is half of each: they are not what their options say.
+
+@dataclass(frozen=True)
+class RunStore:
+    """The finished runs of a folder and, by digest, published ones."""
+
+    folder: Path
+    published: Mapping[str, FinishedRun] = field(default_factory=dict)
+
+    def find(self, run: Run) -> FinishedRun | None:
+        """A finished run; UserError where a file of its folder is damaged."""
+        folder = RunFolder(self.folder / run.name)
+        provenance = _read_provenance(folder, run)
+        if provenance is None or not folder.resources.is_file():  # which is written last
+            return self.published.get(run.digest)
+        return FinishedRun(read_metrics(folder, run.config), provenance, str(folder.path))
+
+    def results(self, groups: Mapping[str, Group]) -> Results:
+        """The finished runs of each group."""
+        return {
+            name: {seed: found for seed in group.seeds if (found := self.find(group.run(seed)))}
+            for name, group in groups.items()
+        }
+
+    def missing(self, groups: Mapping[str, Group]) -> list[Run]:
+        """The runs still to be trained, each once, with the title of the first group that asks for it."""
+        runs: dict[str, Run] = {}
+        for group in groups.values():
+            for seed in group.seeds:
+                run = group.run(seed)
+                runs.setdefault(run.digest, run)
+        return [run for run in runs.values() if not self.find(run)]
+
+
+def can_resume(run: Run, path: Path) -> bool:
+    """Whether an unfinished run lies there that today's versions can go on with."""
+    folder = RunFolder(path)
+    provenance = _read_provenance(folder, run)
+    return provenance is not None and not folder.resources.is_file() and versions().items() <= provenance.items()
+
+
+def _read_provenance(folder: RunFolder, run: Run) -> Mapping[str, str] | None:
+    """What a run was made with; None where the folder does not hold it as its options say, from begin to end.
+
+    The schedules of a prolonged run ended before it did; one resumed in another scene or with other versions is half
+    of each.
     """
-    runs = []
-    for path in sorted(folder.glob("*/")):
-        run = RunFolder(path)
-        if is_finished(run) and (read := _read(run)) and is_unmodified(read[1]):
-            runs.append(StoredRun(run, *read))
-    return runs
+    try:
+        options, provenance = read_config(folder.config)
+    except (UserError, OSError):
+        return None
+    is_whole = digest(options) == run.digest and not {PROLONGED, RESUMED} & provenance.keys()
+    return provenance if is_whole else None
 
 
-def is_finished(run: RunFolder) -> bool:
-    """Whether a run came to its end: what it took is written last."""
-    return run.resources.is_file() and run.config.is_file()
-
-
-def is_begun(path: Path, settings: Settings) -> bool:
-    """Whether a run with these settings was begun there and can go on."""
-    run = RunFolder(path)
-    if not run.config.is_file() or is_finished(run):
-        return False
-    read = _read(run)
-    today = versions()
-    return (
-        read is not None
-        and read[0] == settings
-        and is_unmodified(read[1])
-        and all(read[1].get(name) == version for name, version in today.items())
-    )
-
-
-def is_unmodified(provenance: Mapping[str, str]) -> bool:
-    """Whether a run was made from beginning to end with what it began with, and with its schedules."""
-    return PROLONGED not in provenance and RESUMED not in provenance
-
-
-def find(settings: Settings, runs: Sequence[R]) -> R | None:
-    """The run that was trained with these settings."""
-    return next((run for run in runs if run.settings == settings), None)
-
-
-def archive_existing(path: Path, settings: Settings) -> str:
-    """Free the folder of a run to train: what is there is kept under another name.
-
-    Returns:
-        What was kept and why, or nothing.
+def archive_existing(path: Path) -> None:
+    """Free the folder of a run to train: what lies there is kept under another name.
 
     Raises:
         UserError: a process is writing it.
     """
-    run = RunFolder(path)
     if not path.exists():
-        return ""
-    if run.config.is_file():
-        with RunLock(path):  # whoever writes it would go on under the new name
+        return
+    if (path / "config.yaml").is_file():
+        with RunLock(path):  # a process that writes it would go on under the new name
             pass
-    read = _read(run)
-    reason = _named(differences(read[0], settings), read[1]) if read else "is no run that can be read"
-    kept = next(old for number in range(1, 10_000) if not (old := path.with_name(f"{path.name}.old{number}")).exists())
+    kept = next(old for n in itertools.count(1) if not (old := path.with_name(f"{path.name}.old{n}")).exists())
     path.rename(kept)
-    return f"{path} {reason}; it is kept as {kept} and trained anew"
-
-
-def differences(old: Settings, new: Settings) -> list[str]:
-    """Options that differ, each as `name was … and is …`."""
-    flat_old, flat_new = dict(flat(old)), dict(flat(new))
-    return [
-        f"{name} was {flat_old.get(name, 'not there')} and is {flat_new.get(name, 'not there')}"
-        for name in [*flat_new, *(name for name in flat_old if name not in flat_new)]
-        if flat_old.get(name) != flat_new.get(name) or (name in flat_old) != (name in flat_new)
-    ]
-
-
-def _named(found: Sequence[str], provenance: Mapping[str, str]) -> str:
-    if PROLONGED in provenance:
-        return "was prolonged after its schedules had ended"
-    if not found:
-        return "was begun with other versions, or in another scene"
-    more = f" and {len(found) - SHOWN_DIFFERENCES} more" if len(found) > SHOWN_DIFFERENCES else ""
-    return f"was trained with other options ({', '.join(found[:SHOWN_DIFFERENCES])}{more})"
-
-
-def flat(settings: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Every option by its full name, such as agent.gamma."""
-    for name, value in settings.items():
-        if isinstance(value, Mapping):
-            yield from flat(value, f"{prefix}{name}.")
-        else:
-            yield f"{prefix}{name}", value
-
-
-def _read(run: RunFolder) -> tuple[Settings, dict[str, str]] | None:
-    try:
-        settings, provenance = read_config(run.config)
-    except (UserError, OSError):
-        return None
-    return with_effect(settings), provenance
-
-
-def with_effect(settings: Settings) -> Settings:
-    """The options that bear on what is learned."""
-    return {name: value for name, value in settings.items() if name not in WITHOUT_EFFECT}
+    print(f"{path} holds no run of these options and versions; it is kept as {kept} and trained anew", flush=True)

@@ -6,127 +6,104 @@ import subprocess
 import sys
 import time
 from collections import deque
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 
 from asddpg.errors import UserError
 from asddpg.runs.safe_loading import CONTROLLER
-from tools.experiments.run_groups import Run
-from tools.experiments.run_store import archive_existing, is_begun
+from asddpg.runs.signals import StopSignals
+from tools.experiments.run_store import archive_existing, can_resume
+from tools.experiments.runs import Run
 
 AT_ONCE = 2
 LOOK_EVERY = 0.2  # seconds
 PATIENCE = 30.0  # seconds that a process gets to end by itself
 
-
-@dataclass(frozen=True)
-class _Training:
-    run: Run
-    process: subprocess.Popen[bytes]
+Process = subprocess.Popen[bytes]
 
 
-def log_of(run: Run, folder: Path) -> Path:
-    """Where a run's output is kept."""
+def log_path(run: Run, folder: Path) -> Path:
+    """The file that keeps a run's output."""
     return folder / f"{run.name}.log"
 
 
 def train(runs: Sequence[Run], folder: Path) -> list[Run]:
-    """Train into a folder; those that failed come back, the others are not stopped by them.
+    """Train into a folder; those that fail come back, and stop none of the others.
 
     Raises:
         UserError: another program is training into the folder.
-        KeyboardInterrupt: the user wants no more; the runs in progress are stopped, the finished ones are kept.
+        KeyboardInterrupt: Ctrl-C, SIGTERM or a closed terminal; runs in progress are stopped, finished ones are kept.
     """
+    print(f"{len(runs)} runs to train, {AT_ONCE} at a time; the output of each goes to {folder}/<run>.log", flush=True)
     if not runs:
         return []
     folder.mkdir(parents=True, exist_ok=True)
-    with _alone_in(folder) as lock, _signals_as_interrupts():
-        return _train(deque(runs), folder, lock)
-
-
-def _train(waiting: deque[Run], folder: Path, lock: int) -> list[Run]:
-    running: list[_Training] = []
-    failed: list[Run] = []
-    total, ended = len(waiting), 0
-    try:
-        while waiting or running:
-            while waiting and len(running) < AT_ONCE:
-                running.append(_start(waiting.popleft(), folder, lock))
-            time.sleep(LOOK_EVERY)
-            for training in [training for training in running if training.process.poll() is not None]:
-                running.remove(training)
-                ended += 1
-                status = training.process.returncode
-                failed += [training.run] if status else []
-                print(f"{training.run.name} {how_it_ended(status)} ({ended} of {total})", flush=True)
-    finally:
-        _stop(running)
+    waiting, running, failed = deque(runs), dict[Process, Run](), list[Run]()
+    with lock_folder(folder) as lock, StopSignals() as signals:
+        try:
+            while (waiting or running) and not signals.number:
+                while waiting and len(running) < AT_ONCE:
+                    run = waiting.popleft()
+                    running[start(run, folder, lock)] = run
+                time.sleep(LOOK_EVERY)
+                for process in [process for process in running if process.poll() is not None]:
+                    run = running.pop(process)
+                    failed += [run] if process.returncode else []
+                    ended = f"{len(runs) - len(waiting) - len(running)} of {len(runs)}"
+                    print(f"{run.title} {describe_exit(process.returncode)} ({ended})", flush=True)
+        finally:
+            _stop(running)
+        if signals.number:
+            raise KeyboardInterrupt
     return failed
 
 
-def _start(run: Run, folder: Path, lock: int) -> _Training:
+def start(run: Run, folder: Path, lock: int) -> Process:
+    """Begin to train a run, or go on; the process holds the folder's lock too, should this one be killed."""
     path = folder / run.name
-    goes_on = is_begun(path, run.settings)
-    if not goes_on and (said := archive_existing(path, run.settings)):
-        print(said, flush=True)
-    with log_of(run, folder).open("ab" if goes_on else "wb") as log:
+    resumes = can_resume(run, path)
+    if not resumes:
+        archive_existing(path)
+    with log_path(run, folder).open("ab" if resumes else "wb") as log:
         # In a session of its own, so that Ctrl-C reaches it once, through _stop.
-        # It holds the lock too: should this program be killed, nobody else touches the folder before it has ended.
-        arguments = command(run, path, goes_on)
-        process = subprocess.Popen(arguments, stdout=log, stderr=log, start_new_session=True, pass_fds=(lock,))
-    return _Training(run, process)
+        command = train_command(run, path, resumes)
+        return subprocess.Popen(command, stdout=log, stderr=log, start_new_session=True, pass_fds=(lock,))
 
 
-def command(run: Run, path: Path, goes_on: bool) -> list[str]:
+def train_command(run: Run, path: Path, resumes: bool) -> list[str]:
     """What trains a run, from its beginning or from its last checkpoint."""
-    if not goes_on:
+    if not resumes:
         return [sys.executable, "-m", "asddpg.train", *run.arguments, f"run_dir={path}"]
-    own = [
-        argument for argument in run.arguments if argument.startswith(CONTROLLER)
-    ]  # code, which a resumed run wants named
-    return [sys.executable, "-m", "asddpg.train", f"resume={path}", *own]
+    # A resumed run names a controller of its own again: it is code.
+    controller = [argument for argument in run.arguments if argument.startswith(CONTROLLER)]
+    return [sys.executable, "-m", "asddpg.train", f"resume={path}", *controller]
 
 
-def how_it_ended(status: int) -> str:
+def describe_exit(status: int) -> str:
     """A process's exit status in words."""
     if status < 0:
         return f"FAILED, stopped by {signal.Signals(-status).name}"
     return f"FAILED with status {status}" if status else "trained"
 
 
-def _stop(running: Sequence[_Training]) -> None:
-    for training in running:
-        training.process.send_signal(signal.SIGINT)
-    for training in running:
+def _stop(processes: Iterable[Process]) -> None:
+    for process in processes:
+        process.send_signal(signal.SIGINT)
+    for process in processes:
         try:
-            training.process.wait(PATIENCE)
+            process.wait(PATIENCE)
         except (subprocess.TimeoutExpired, KeyboardInterrupt):
-            training.process.kill()
-            training.process.wait()
+            process.kill()
+            process.wait()
 
 
 @contextmanager
-def _alone_in(folder: Path) -> Iterator[int]:
-    """Two programs in one folder would take each other's unfinished runs for broken off; gives the lock."""
+def lock_folder(folder: Path) -> Iterator[int]:
+    """Two programs in one folder would take each other's unfinished runs for interrupted ones; gives the lock."""
     with (folder / ".lock").open("w") as lock:
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
             raise UserError(f"another program is training into {folder}; wait for it, or stop it") from error
         yield lock.fileno()
-
-
-@contextmanager
-def _signals_as_interrupts() -> Iterator[None]:
-    """Being terminated, or losing the terminal, stops the processes as Ctrl-C does."""
-    before = {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP)}
-    for number, handler in before.items():
-        if handler != signal.SIG_IGN:  # as under nohup
-            signal.signal(number, signal.default_int_handler)
-    try:
-        yield
-    finally:
-        for number, handler in before.items():
-            signal.signal(number, handler)

@@ -1,8 +1,8 @@
-"""The ablation's grid, its table, and a tiny one from the first word to the last."""
+"""The ablation's grid, its table, and a tiny one from its arguments to its table."""
 
-import csv
-import shlex
+import re
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
@@ -10,13 +10,8 @@ import pytest
 from asddpg.errors import UserError
 from tests.support.fake_runs import finish, finish_group
 from tools import ablation
-from tools.experiments.ablation_table import Row
 from tools.experiments.factors import FACTORS, Factor
-from tools.experiments.run_csv import write_csv
-from tools.experiments.run_groups import Run, finished, settings_of
-from tools.experiments.run_metrics import read_run_metrics
-from tools.experiments.run_store import differences, stored_runs
-from tools.experiments.run_tables import Result
+from tools.experiments.runs import Group, Run, differences
 
 TINY = ["steps=300", "seeds=100", "task=nav_empty", "network=fc2x100", "agent.learning_starts=100", "test_episodes=2"]
 TINY += ["validation.episodes=1", "task.time_limit_steps=40"]
@@ -27,12 +22,18 @@ def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
     monkeypatch.chdir(tmp_path)
 
 
+def grid_of(*arguments: str) -> dict[str, Group]:
+    return ablation.make_grid(ablation.parse(arguments))
+
+
 @pytest.mark.parametrize("name", FACTORS)
 def test_each_factor_changes_the_default_and_switching_it_back_gives_the_default_again(name: str) -> None:
     """So `on` and `off` speak of the same options."""
     factor = FACTORS[name]
-    reference = settings_of(["agent=asddpg", *factor.beside])
-    on, off = (settings_of(["agent=asddpg", *factor.beside, *arguments]) for arguments in (factor.on, factor.off))
+    reference, on, off = (
+        Group("", ("agent=asddpg", *factor.beside.split(), *change.split()), 1000, (0,)).digest
+        for change in ("", factor.on, factor.off)
+    )
     assert on != off
     assert reference in (on, off) or name in ("withdrawal", "alone_throughout", "alone_stretches")
     assert factor.title
@@ -40,93 +41,49 @@ def test_each_factor_changes_the_default_and_switching_it_back_gives_the_default
 
 
 def test_a_factor_the_default_has_is_taken_away_and_one_it_lacks_is_added() -> None:
-    grid = ablation.rows(ablation.request(["imitation", "n_steps"]))
-    default = settings_of(["agent=asddpg"])["agent"]
-    expected = ["default", "default_without_imitation" if default["imitation"] else "default_with_imitation"]
-    expected += ["default_without_n_steps" if default["n_steps"] > 1 else "default_with_n_steps"]
-    assert list(grid) == [*expected, "paper", "paper_with_imitation", "paper_with_n_steps"]
-    assert grid["paper_with_imitation"].group.options[-2:] == ("agent=asddpg_paper", "agent.imitation=1")
+    grid = grid_of("imitation", "layer_norm")
+    expected = ["default", "default_without_imitation", "default_with_layer_norm"]
+    assert list(grid) == [*expected, "paper", "paper_with_imitation", "paper_with_layer_norm"]
+    assert grid["paper_with_imitation"].options[-2:] == ("agent=asddpg_paper", "agent.imitation=1")
     assert grid["paper_with_imitation"].reference == "paper"
 
 
 def test_where_the_default_has_a_factor_at_another_strength_both_are_run(monkeypatch: pytest.MonkeyPatch) -> None:
-    strength = Factor("γ", "–", off=("agent.gamma=0",), on=("agent.gamma=0.5",))
-    monkeypatch.setattr(ablation, "FACTORS", {"gamma": strength})
-    grid = ablation.rows(ablation.request([]))
-    assert list(grid) == ["default", "default_without_gamma", "default_with_gamma", "paper", "paper_with_gamma"]
+    monkeypatch.setattr(ablation, "FACTORS", {"gamma": Factor("γ", "–", off="agent.gamma=0", on="agent.gamma=0.5")})
+    assert list(grid_of()) == ["default", "default_without_gamma", "default_with_gamma", "paper", "paper_with_gamma"]
 
 
 def test_what_a_factor_needs_beside_it_its_reference_has_too() -> None:
-    grid = ablation.rows(ablation.request(["critic_follows_switch", "twin_critics"]))
+    grid = grid_of("critic_follows_switch", "twin_critics")
     assert grid["default_with_twin_critics"].reference == "default_without_critic_follows_switch"
     assert grid["paper_with_twin_critics"].reference == "paper"
-    alone = ablation.rows(ablation.request(["twin_critics"]))
+    alone = grid_of("twin_critics")
     assert alone["default_with_twin_critics"].reference == "default_for_twin_critics"
     assert alone["default_for_twin_critics"].reference == "default"
 
 
-def test_each_row_differs_from_its_reference_by_its_own_factor() -> None:
-    """And in an option that acts: what the switch is charged with does only where there is something to charge."""
-    grid = ablation.rows(ablation.request([]))
-    settings = [row.group.settings(0) for row in grid.values()]
-    assert not [one for number, one in enumerate(settings) if one in settings[:number]]
-    assert not [argument for row in grid.values() for argument in row.group.options if "$" in argument]
-    for name, row in grid.items():
-        if row.reference is None:
-            continue
-        found = differences(grid[row.reference].group.settings(0), row.group.settings(0))
-        if "charge_switch_alone" in name:
-            assert [text.split(" was ")[0] for text in found] == ["agent.charge_critic"]
-            assert row.group.settings(0)["agent"]["controller_price"] == 0.05
-        if "twin_critics" in name:
-            assert [text.split(" was ")[0] for text in found] == ["agent.twin_critics", "agent.target_noise"]
-
-
-def test_what_changes_nothing_is_left_out(monkeypatch: pytest.MonkeyPatch) -> None:
-    same = Factor("γ", "–", off=("agent.gamma=0.5",), on=("agent.gamma=0.99",))
-    monkeypatch.setattr(ablation, "FACTORS", {"gamma": same})
-    assert list(ablation.rows(ablation.request([]))) == ["default", "default_without_gamma", "paper"]
+def test_each_group_is_another_experiment_and_differs_from_its_reference_by_its_own_factor() -> None:
+    grid = grid_of()
+    assert len({group.digest for group in grid.values()}) == len(grid)
+    for name, group in grid.items():
+        if name.endswith(("charge_switch_alone", "twin_critics")) and group.reference:
+            ours, base = (differences(asdict(each.config)).items() for each in (group, grid[group.reference]))
+            factor = FACTORS[re.sub(r"^(default|paper)_\w+?_", "", name)]
+            assert {option for option, _ in ours ^ base} <= {text.split("=")[0] for text in factor.on.split()}
 
 
 def test_a_command_line() -> None:
-    asked = ablation.request(["--list", "imitation", "seeds=7,8,7", "steps=500", "task=nav_empty", "reward=dense"])
-    assert (asked.verb, list(asked.factors), asked.seeds, asked.steps) == ("list", ["imitation"], (7, 8), 500)
-    assert asked.arguments == ("task=nav_empty", "reward=dense")
-    plain = ablation.request([])
-    assert (plain.verb, plain.seeds, plain.steps, plain.arguments) == (
-        "",
-        (100, 101, 102),
-        60_000,
-        ("task=nav_complex",),
-    )
+    options = ablation.parse(["--list", "imitation", "seeds=7,8,7", "steps=500", "task=nav_empty", "reward=dense"])
+    assert (options.verb, list(options.factors), options.seeds, options.steps) == ("list", ["imitation"], (7, 8), 500)
+    assert options.arguments == ("task=nav_empty", "reward=dense")
+    assert options.paper_seeds == (7, 8)
+    plain = ablation.parse(["paper_seeds=100"])
+    assert (plain.verb, plain.steps, plain.arguments) == ("", 60_000, ("task=nav_complex",))
+    assert (plain.seeds, plain.paper_seeds) == ((100, 101, 102), (100,))
     assert plain.factors == FACTORS
-
-
-def test_the_papers_side_may_have_fewer_seeds() -> None:
-    grid = ablation.rows(ablation.request(["imitation", "paper_seeds=100"]))
-    assert {name: row.group.seeds for name, row in grid.items()} == {
-        "default": (100, 101, 102),
-        "default_without_imitation": (100, 101, 102),
-        "paper": (100,),
-        "paper_with_imitation": (100,),
-    }
-    assert ablation.request(["seeds=7,8"]).paper_seeds == (7, 8)
-
-
-def test_every_rows_words_in_the_table_train_it_again_from_a_shell(tmp_path: Path) -> None:
-    grid = ablation.rows(ablation.request(["withdrawal", "seeds=100", "steps=1000", "controller.gains=[2, 1]"]))
-    groups = {name: row.group for name, row in grid.items()}
-    results = {}
-    for name, group in groups.items():
-        finish_group(tmp_path, name, group, [0.5])
-    for name, runs in finished(groups, stored_runs(tmp_path)).items():
-        results[name] = [Result(run, read_run_metrics(run)) for run in runs]
-    write_csv(tmp_path / "table.csv", groups, results)
-    with (tmp_path / "table.csv").open() as file:
-        written = {row["group"]: row["arguments"] for row in csv.DictReader(file)}
-    assert list(written) == list(grid)
-    for name, arguments in written.items():
-        assert settings_of(shlex.split(arguments)) == groups[name].settings(100)
+    seeds = {name: group.seeds for name, group in grid_of("imitation", "paper_seeds=100").items()}
+    assert seeds["default_without_imitation"] == (100, 101, 102)
+    assert seeds["paper"] == seeds["paper_with_imitation"] == (100,)
 
 
 @pytest.mark.parametrize(
@@ -134,35 +91,38 @@ def test_every_rows_words_in_the_table_train_it_again_from_a_shell(tmp_path: Pat
     [
         (["imitaton"], "there is no factor 'imitaton'; there are .*imitation"),
         (["seeds=a"], "seeds must be whole numbers"),
-        (["seeds="], "seeds must be whole numbers"),
-        (["paper_seeds=a"], "paper_seeds must be whole numbers"),
-        (["steps=-5"], "steps must be whole numbers"),
+        (["paper_seeds="], "paper_seeds must be whole numbers"),
         (["steps=1,2"], "steps must be one whole number"),
         (["rule_out=2"], "rule_out must be a share"),
         (["rule_out=-0.1"], "rule_out must be a share"),
         (["steps=0"], "total_steps must be greater than 0"),
-        (["agent=ddpg"], "the grid sets itself"),
-        (["run_dir=x"], "the grid sets itself"),
+        (["agent=ddpg"], "the grid sets agent itself"),
+        (["run_dir=x"], "the grid sets run_dir itself"),
         (["task=nav_foo"], "there is no task"),
         (["agent.imitaton=1"], "did you mean agent.imitation"),
         (["list", "table"], "not both"),
         (["seeds=5", "seeds=6"], "seeds is given twice, as 5 and 6"),
     ],
 )
-def test_wrong_words_are_one_sentence_and_create_nothing(arguments: list[str], sentence: str, tmp_path: Path) -> None:
+def test_invalid_arguments_are_one_sentence_and_create_nothing(
+    arguments: list[str], sentence: str, tmp_path: Path
+) -> None:
     with pytest.raises(UserError, match=sentence) as caught:
         ablation.main(arguments)
     assert "\n" not in str(caught.value)
     assert not list(tmp_path.iterdir())
 
 
+def _finish(grid: Mapping[str, Group], successes: Mapping[str, list[float]]) -> None:
+    for name, values in successes.items():
+        finish_group(ablation.FOLDER, grid[name], values)
+
+
 def test_the_table_is_sorted_by_the_effect_paired_by_seed(capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ["imitation", "n_steps", "twin_critics", "seeds=100,101", "steps=1000"]
-    grid = ablation.rows(ablation.request(arguments))
-    reaches = {"paper": [0.5, 0.7], "paper_with_imitation": [0.4, 0.5], "paper_with_n_steps": [0.6, 0.8]}
-    for name, values in reaches.items():
-        finish_group(ablation.FOLDER, name, grid[name].group, values)
-    finish_group(ablation.FOLDER, "paper_with_twin_critics", grid["paper_with_twin_critics"].group, [0.52])
+    successes = {"paper": [0.5, 0.7], "paper_with_imitation": [0.4, 0.5], "paper_with_n_steps": [0.6, 0.8]}
+    successes |= {"paper_with_twin_critics": [0.52]}
+    _finish(grid_of(*arguments), successes)
     ablation.main(["table", *arguments])
     lines = [line for line in capsys.readouterr().out.splitlines() if line.startswith("| paper")]
     cells = [[cell.strip() for cell in line.split("|")[1:-1]] for line in lines]
@@ -176,18 +136,21 @@ def test_the_table_is_sorted_by_the_effect_paired_by_seed(capsys: pytest.Capture
     text = (ablation.FOLDER / "table.md").read_text()
     assert lines[1] in text
     assert "11 runs are missing." in text
-    with (ablation.FOLDER / "table.csv").open() as file:
-        assert len(list(csv.DictReader(file))) == 7
+    assert len((ablation.FOLDER / "table.csv").read_text().splitlines()) == 8
 
 
-def _finish(grid: Mapping[str, Row], reaches: Mapping[str, list[float]]) -> None:
-    for name, values in reaches.items():
-        finish_group(ablation.FOLDER, name, grid[name].group, values)
+def test_an_effect_against_another_group_than_the_first_names_it(capsys: pytest.CaptureFixture[str]) -> None:
+    arguments = ["critic_follows_switch", "twin_critics", "seeds=100", "steps=1000"]
+    successes = {"default": [0.9], "default_without_critic_follows_switch": [0.5], "default_with_twin_critics": [0.6]}
+    _finish(grid_of(*arguments), successes)
+    ablation.main(["table", *arguments])
+    row = "| default with twin_critics, against default without critic_follows_switch | 100 | 0.600 | +0.100 |"
+    assert row in capsys.readouterr().out
 
 
 def test_what_falls_short_on_the_first_seed_is_trained_on_no_other(capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ["imitation", "n_steps", "annealing", "twin_critics", "seeds=100,101", "steps=1000"]
-    reaches = {
+    successes = {
         "default": [0.9],
         "default_without_imitation": [0.5],
         "default_without_n_steps": [0.85],
@@ -197,19 +160,19 @@ def test_what_falls_short_on_the_first_seed_is_trained_on_no_other(capsys: pytes
         "paper_with_imitation": [0.2],
         "paper_with_n_steps": [0.08],
     }
-    _finish(ablation.rows(ablation.request(arguments)), reaches)
+    _finish(grid_of(*arguments), successes)
     ablation.main(["list", *arguments])
-    asked = [line.split(";")[0] for line in capsys.readouterr().out.splitlines() if "seeds 100, 101;" in line]
-    assert sorted(asked) == [
-        "default: default",
-        "default_for_twin_critics: default for twin_critics",  # what it gives is needed by the row below it
-        "default_with_twin_critics: default with twin_critics",
-        "default_without_annealing: default without annealing",
-        "default_without_n_steps: default without n_steps",
-        "paper: paper",
-        "paper_with_annealing: paper with annealing",
-        "paper_with_imitation: paper with imitation",
-        "paper_with_twin_critics: paper with twin_critics",
+    planned = [line.split(":")[0] for line in capsys.readouterr().out.splitlines() if "seeds 100, 101;" in line]
+    assert sorted(planned) == [
+        "default",
+        "default_for_twin_critics",  # the group below it is measured against it
+        "default_with_twin_critics",
+        "default_without_annealing",
+        "default_without_n_steps",
+        "paper",
+        "paper_with_annealing",
+        "paper_with_imitation",
+        "paper_with_twin_critics",
     ]
     ablation.main(["list", *arguments, "rule_out=none"])
     assert "default_without_imitation: default without imitation; seeds 100, 101" in capsys.readouterr().out
@@ -219,53 +182,32 @@ def test_what_falls_short_on_the_first_seed_is_trained_on_no_other(capsys: pytes
 
 def test_runs_of_what_is_ruled_out_stay_in_the_table(capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ["imitation", "seeds=100,101,102", "steps=1000"]
-    grid = ablation.rows(ablation.request(arguments))
-    _finish(grid, {"default": [0.9], "default_without_imitation": [0.5, 0.9]})
+    _finish(grid_of(*arguments), {"default": [0.9], "default_without_imitation": [0.5, 0.9]})
     ablation.main(["table", *arguments])
     assert "| default without imitation (ruled out) | 100, 101 | 0.500, 0.900 |" in capsys.readouterr().out
 
 
-def test_the_first_seed_of_every_setting_is_trained_before_any_other(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ablation, "FACTORS", {})
-    trained: list[list[str]] = []
-
-    def train(runs: Sequence[Run], _folder: Path) -> list[Run]:
-        trained.append([run.name for run in runs])
-        return []
-
-    monkeypatch.setattr("tools.experiments.run_grid.train", train)
-    ablation.main(["seeds=100,101", "steps=1000"])
-    assert trained[0] == ["default_seed100", "paper_seed100"]
-
-
-def test_a_first_run_that_fails_keeps_no_other_setting_from_its_seeds(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_first_seed_goes_first_and_one_that_fails_keeps_no_other_seed_from_being_trained(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(ablation, "FACTORS", {})
     trained: list[list[str]] = []
 
     def train(runs: Sequence[Run], folder: Path) -> list[Run]:
-        trained.append([run.name for run in runs])
+        trained.append([run.title for run in runs])
         for run in runs[1:]:
-            finish(folder / run.name, run.settings)
+            finish(folder, run)
         return list(runs[:1])
 
-    monkeypatch.setattr("tools.experiments.run_grid.train", train)
-    with pytest.raises(SystemExit, match=r"1 of 3 runs failed; .*default_seed100\.log"):
+    monkeypatch.setattr(ablation, "train", train)
+    monkeypatch.setattr("tools.experiments.grid.train", train)
+    with pytest.raises(SystemExit, match=r"1 of 3 runs failed; .*nav_complex_asddpg_seed100_\w+\.log"):
         ablation.main(["seeds=100,101", "steps=1000"])
-    assert trained == [["default_seed100", "paper_seed100"], ["default_seed100", "default_seed101", "paper_seed101"]]
+    assert trained[0] == ["default, seed 100", "paper, seed 100"]
+    assert trained[1:] == [["default, seed 100", "default, seed 101", "paper, seed 101"]]
 
 
-def test_an_effect_against_another_row_than_the_first_names_it(capsys: pytest.CaptureFixture[str]) -> None:
-    arguments = ["critic_follows_switch", "twin_critics", "seeds=100", "steps=1000"]
-    grid = ablation.rows(ablation.request(arguments))
-    reaches = {"default": 0.9, "default_without_critic_follows_switch": 0.5, "default_with_twin_critics": 0.6}
-    for name, value in reaches.items():
-        finish_group(ablation.FOLDER, name, grid[name].group, [value])
-    ablation.main(["table", *arguments])
-    row = "| default with twin_critics, against default without critic_follows_switch | 100 | 0.600 | +0.100 |"
-    assert row in capsys.readouterr().out
-
-
-def test_the_list_tells_what_would_be_trained_and_how_long_it_takes(
+def test_the_list_says_what_would_be_trained_and_how_long_it_takes(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     ablation.main(["list", "imitation", "steps=60000"])
@@ -273,8 +215,7 @@ def test_the_list_tells_what_would_be_trained_and_how_long_it_takes(
     assert "total_steps=60000 validation.every=3000 task=nav_complex agent=asddpg_paper agent.imitation=1\n" in printed
     assert "12 runs of 720000 steps in all to train: about 1.1 h, 2 at once at 90 steps/s each, a guess" in printed
     assert not list(tmp_path.iterdir())
-    grid = ablation.rows(ablation.request(["imitation"]))
-    finish_group(ablation.FOLDER, "paper", grid["paper"].group, [0.5])
+    _finish(grid_of("imitation"), {"paper": [0.5]})
     ablation.main(["list", "imitation"])
     assert "11 runs of 660000 steps in all to train: about 0.9 h, 2 at once at 100 steps/s" in capsys.readouterr().out
 
@@ -291,7 +232,7 @@ def test_a_tiny_ablation_trains_once_and_then_no_more(
     monkeypatch.setattr(ablation, "FACTORS", {})
     ablation.main(TINY)
     printed = capsys.readouterr().out
-    assert "paper_seed100 trained" in printed
+    assert "paper, seed 100 trained (" in printed
     assert "missing" not in printed
     times = {path: path.stat().st_mtime_ns for path in ablation.FOLDER.glob("*/resources.json")}
     assert len(times) == 2
@@ -302,7 +243,7 @@ def test_a_tiny_ablation_trains_once_and_then_no_more(
 
 def test_a_run_that_fails_is_named_and_the_status_is_1(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(ablation, "FACTORS", {})
-    monkeypatch.setattr("tools.experiments.run_training.command", lambda *_: ["false"])
-    with pytest.raises(SystemExit, match=r"2 of 2 runs failed; .*default_seed100\.log, .*paper_seed100\.log"):
+    monkeypatch.setattr("tools.experiments.run_training.train_command", lambda *_: ["false"])
+    with pytest.raises(SystemExit, match=r"2 of 2 runs failed; .*\.log, .*asddpg_paper_seed100_\w+\.log"):
         ablation.main(TINY)
     assert (ablation.FOLDER / "table.md").exists()

@@ -59,13 +59,13 @@ def test_the_table_tells_it_once_enough_settings_have_all_seeds(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     arguments = ["imitation", "n_steps", "annealing", "withdrawal", "seeds=100,101", "steps=1000", "rule_out=none"]
-    grid = ablation.rows(ablation.request(arguments))
+    grid = ablation.make_grid(ablation.parse(arguments))
     names = ["paper", "paper_with_imitation", "paper_with_n_steps", "paper_with_annealing", "paper_with_withdrawal"]
     for offset, name in enumerate(names[:4]):
-        finish_group(ablation.FOLDER, name, grid[name].group, [0.5, 0.5 + 0.01 * offset])
+        finish_group(ablation.FOLDER, grid[name], [0.5, 0.5 + 0.01 * offset])
     ablation.main(["table", *arguments])
     assert "Chance alone" not in capsys.readouterr().out
-    finish_group(ablation.FOLDER, names[4], grid[names[4]].group, [0.5, 0.54])
+    finish_group(ablation.FOLDER, grid[names[4]], [0.5, 0.54])
     ablation.main(["table", *arguments])
     # Residuals of half the differences, ±(0, 0.005, 0.01, 0.015, 0.02) less their median: their middle magnitude is
     # 0.005, so 0.0074 for a standard deviation, times √(10/4), times √(2/2), times t(0.975, 0.37 · 4) = 6.13 or, for

@@ -1,10 +1,7 @@
 """Training runs in processes of their own: two at a time, failures, interrupts."""
 
-import os
 import signal
-import subprocess
 import sys
-import time
 from pathlib import Path
 
 import pytest
@@ -12,130 +9,95 @@ import pytest
 from asddpg.errors import UserError
 from tests.support.fake_runs import finish
 from tools.experiments import run_training
-from tools.experiments.run_groups import Group, Run, missing
+from tools.experiments.run_store import RunStore
+from tools.experiments.runs import Group, Run
 
 GROUP = Group("empty", ("task=nav_empty",), 1000, (0, 1, 2, 3))
+RUNS = [GROUP.run(seed) for seed in GROUP.seeds]
 
 
-def pretend(monkeypatch: pytest.MonkeyPatch, script: str) -> list[Run]:
-    """Runs whose training is a script with the run's folder as its argument."""
+def pretend(monkeypatch: pytest.MonkeyPatch, script: str) -> None:
+    """Training is a script with the run's folder as its argument, and whether it resumes."""
     monkeypatch.setattr(run_training, "LOOK_EVERY", 0.01)
-    monkeypatch.setattr(run_training, "command", lambda _, path, __: [sys.executable, "-S", "-c", script, str(path)])
-    return missing({"empty": GROUP}, [])
+    script = f"import os, pathlib, signal, sys, time; path = pathlib.Path(sys.argv[1])\n{script}"
+    arguments = [sys.executable, "-S", "-c", script]
+    monkeypatch.setattr(run_training, "train_command", lambda _, path, resumes: [*arguments, str(path), str(resumes)])
 
 
 def test_a_run_that_fails_does_not_stop_the_others(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    script = (
-        "import os, sys; print('here', flush=True); os.makedirs(sys.argv[1]); sys.exit(3 * ('seed1' in sys.argv[1]))"
-    )
-    runs = pretend(monkeypatch, script)
-    failed = run_training.train(runs, tmp_path / "runs")
-    assert [run.name for run in failed] == ["empty_seed1"]
+    pretend(monkeypatch, "print('here', flush=True); path.mkdir(); sys.exit(3 * ('seed1' in path.name))")
+    assert run_training.train(RUNS, tmp_path / "runs") == [RUNS[1]]
     assert len(list((tmp_path / "runs").glob("*/"))) == 4
-    assert run_training.log_of(failed[0], tmp_path / "runs").read_text() == "here\n"
+    assert run_training.log_path(RUNS[1], tmp_path / "runs").read_text() == "here\n"
     printed = capsys.readouterr().out
-    assert "empty_seed1 FAILED with status 3" in printed
+    assert "empty, seed 1 FAILED with status 3" in printed
     assert "(4 of 4)" in printed
+    assert run_training.describe_exit(-9) == "FAILED, stopped by SIGKILL"
 
 
 def test_two_at_a_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    script = (
-        "import os, pathlib, sys, time; path = pathlib.Path(sys.argv[1]); path.mkdir(); time.sleep(0.3)\n"
-        "there = sorted(p.name for p in path.parent.glob('*.busy')); mine = path.with_suffix('.busy'); mine.touch()\n"
-        "time.sleep(0.3); mine.unlink(); sys.exit(len(there) > 1)"
-    )
-    assert not run_training.train(pretend(monkeypatch, script), tmp_path)
+    script = "busy = path.with_suffix('.busy'); busy.touch(); time.sleep(0.3)\n"
+    script += "count = len(list(path.parent.glob('*.busy'))); busy.unlink(); sys.exit(count > 2)"
+    pretend(monkeypatch, script)
+    assert not run_training.train(RUNS, tmp_path)
 
 
 def test_the_command_trains() -> None:
-    (run, *_) = missing({"empty": GROUP}, [])
-    arguments = run_training.command(run, Path("here"), goes_on=False)
-    assert arguments[1:3] == ["-m", "asddpg.train"]
-    assert arguments[3:] == [*GROUP.options, "seed=0", "run_dir=here"]
-    assert run_training.command(run, Path("here"), goes_on=True)[3:] == ["resume=here"]
+    command = run_training.train_command(RUNS[0], Path("here"), resumes=False)
+    assert command[1:] == ["-m", "asddpg.train", *GROUP.options, "seed=0", "run_dir=here"]
+    own = Run("", ("controller.type=mine:Own", "seed=1"), RUNS[0].config)
+    command = run_training.train_command(own, Path("here"), resumes=True)
+    assert command[3:] == ["resume=here", "controller.type=mine:Own"]
 
 
-def test_a_run_that_was_broken_off_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """With a script that says how it was called, after what the first attempt said."""
-    runs = pretend(monkeypatch, "")[:2]
-    monkeypatch.setattr(run_training, "is_begun", lambda path, _: path.name == runs[0].name)
-    run_training.log_of(runs[0], tmp_path).write_text("begun\n")
-    arguments: dict[str, bool] = {}
-
-    def command(run: Run, _: Path, goes_on: bool) -> list[str]:
-        arguments[run.name] = goes_on
-        return [sys.executable, "-S", "-c", f"print('goes on' if {goes_on} else 'begins')"]
-
-    monkeypatch.setattr(run_training, "command", command)
-    assert not run_training.train(runs, tmp_path)
-    assert arguments == {runs[0].name: True, runs[1].name: False}
-    assert run_training.log_of(runs[0], tmp_path).read_text() == "begun\ngoes on\n"
-    assert run_training.log_of(runs[1], tmp_path).read_text() == "begins\n"
+def test_an_interrupted_run_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    pretend(monkeypatch, "print('resumes' if sys.argv[2] == 'True' else 'begins')")
+    monkeypatch.setattr(run_training, "can_resume", lambda run, _: run is RUNS[0])
+    logs = [run_training.log_path(run, tmp_path) for run in RUNS[:2]]
+    logs[0].write_text("begun\n")
+    assert not run_training.train(RUNS[:2], tmp_path)
+    assert [log.read_text() for log in logs] == ["begun\nresumes\n", "begins\n"]
 
 
-def test_a_signal_is_named() -> None:
-    assert run_training.how_it_ended(-9) == "FAILED, stopped by SIGKILL"
-
-
-def test_two_programs_do_not_train_into_one_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    runs = pretend(monkeypatch, "")
-    with run_training._alone_in(tmp_path), pytest.raises(UserError, match="another program"):
-        run_training.train(runs, tmp_path)
-
-
-INTERRUPTED = """
-import sys, pathlib, signal
-from tools import run_training
-from tools.experiments.run_groups import Group, missing
-script = "import os, sys, time, pathlib; p = pathlib.Path(sys.argv[1]); p.mkdir(); (p / str(os.getpid())).touch();"
-script += "time.sleep(60 * ('seed0' not in sys.argv[1]))"
-run_training.command = lambda run, path, _: [sys.executable, "-S", "-c", script, str(path)]
-group = Group("", ("task=nav_empty",), 1000, (0, 1, 2, 3))
-signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell may start tests with it ignored
+@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM, signal.SIGHUP])
+def test_an_interrupt_stops_what_runs_and_keeps_what_is_finished(
+    number: signal.Signals, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The training of seed 1 sends it once that of seed 2 runs too; both note that they were stopped."""
+    finish(tmp_path, RUNS[0])
+    pretend(
+        monkeypatch,
+        f"""
 try:
-    run_training.train(missing({"empty": group}, []), pathlib.Path(sys.argv[1]))
+    path.mkdir()
+    while len(list(path.parent.glob('*_seed*/'))) < 3:
+        time.sleep(0.01)
+    if 'seed1' in path.name:
+        os.kill(os.getppid(), {int(number)})
+    time.sleep(600)
 except KeyboardInterrupt:
-    sys.exit(130)
-"""
-
-
-@pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
-def test_an_interrupt_stops_what_runs_and_keeps_what_is_finished(number: signal.Signals, tmp_path: Path) -> None:
-    finish(tmp_path / "kept_seed0", GROUP.settings(0))
-    process = subprocess.Popen([sys.executable, "-c", INTERRUPTED, str(tmp_path)], stdout=subprocess.DEVNULL)
-    processes = [int(wait_for(tmp_path, f"empty_seed{seed}/*").name) for seed in (1, 2)]
-    process.send_signal(number)
-    assert process.wait(20) == 130
-    for identity in processes:
-        with pytest.raises(ProcessLookupError):
-            os.kill(identity, 0)
-    assert not (tmp_path / "empty_seed3").exists()
-    assert (tmp_path / "kept_seed0/resources.json").exists()
+    (path / "stopped").touch()
+""",
+    )
+    with pytest.raises(KeyboardInterrupt):
+        run_training.train(RUNS[1:], tmp_path)
+    assert all((tmp_path / run.name / "stopped").exists() for run in RUNS[1:3])
+    assert not (tmp_path / RUNS[3].name).exists()
+    assert RunStore(tmp_path).find(RUNS[0])
 
 
 def test_trainings_that_outlive_a_killed_program_keep_their_folder(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    runs = pretend(monkeypatch, "")
-    process = subprocess.Popen([sys.executable, "-c", INTERRUPTED, str(tmp_path)], stdout=subprocess.DEVNULL)
-    processes = [int(wait_for(tmp_path, f"empty_seed{seed}/*").name) for seed in (1, 2)]
+    """As two programs never train into one folder."""
+    pretend(monkeypatch, "time.sleep(600)")
+    with run_training.lock_folder(tmp_path) as lock:
+        process = run_training.start(RUNS[0], tmp_path, lock)
+    with pytest.raises(UserError, match="another program is training into"):
+        run_training.train(RUNS, tmp_path)
     process.kill()
     process.wait()
-    for identity in processes:
-        with pytest.raises(UserError, match="another program"):
-            run_training.train(runs, tmp_path)
-        os.kill(identity, signal.SIGKILL)
-        # No child of this process, so there is nothing to wait on but the lock.
-        time.sleep(0.5)
-    assert not run_training.train(runs, tmp_path)
-
-
-def wait_for(folder: Path, pattern: str) -> Path:
-    deadline = time.monotonic() + 30
-    while time.monotonic() < deadline:
-        if found := list(folder.glob(pattern)):
-            return found[0]
-        time.sleep(0.05)
-    raise AssertionError(f"no {pattern} came")
+    pretend(monkeypatch, "")
+    assert not run_training.train(RUNS, tmp_path)

@@ -1,0 +1,90 @@
+"""What programs that train groups of runs have in common: list them, train what is missing, write the table."""
+
+import shlex
+import statistics
+import sys
+from collections.abc import Callable, Mapping, Sequence
+from typing import TypeVar
+
+from asddpg.errors import UserError
+from tools.experiments.run_csv import write_csv
+from tools.experiments.run_store import Results, RunStore
+from tools.experiments.run_training import AT_ONCE, log_path, train
+from tools.experiments.runs import Group
+from tools.experiments.tables import describe_provenance
+
+VERBS = ("list", "table")
+STEPS_PER_SECOND = 90.0  # of each of two runs at once on two cores, until there are runs to measure it by
+T = TypeVar("T")
+
+
+def parse_words(words: Sequence[str], choices: Mapping[str, T], kind: str) -> tuple[str, bool, Mapping[str, T]]:
+    """Read the arguments that are no options.
+
+    Returns:
+        `list`, `table` or, to train, nothing; whether published runs count; the chosen ones, all where none is named.
+
+    Raises:
+        UserError: an argument is unknown, or two exclude each other.
+    """
+    words = [word.removeprefix("--") for word in words]
+    unknown = [word for word in words if word not in (*VERBS, "published", *choices)]
+    if unknown:
+        known = f"{', '.join(choices)}, and {', '.join(VERBS)}, published"
+        raise UserError(f"there is no {kind} {unknown[0]!r}; there are {known}")
+    if set(VERBS) <= set(words):
+        raise UserError("list or table, not both")
+    chosen = {name: choice for name, choice in choices.items() if name in words}
+    return next((verb for verb in VERBS if verb in words), ""), "published" in words, chosen or choices
+
+
+def run_grid(verb: str, groups: Mapping[str, Group], store: RunStore, draw: Callable[[Results], str]) -> None:
+    """`list` the runs, write the `table` of the finished ones or, with no verb, train what is missing and write it.
+
+    A run that fails keeps no other from being trained; the program then ends with status 1.
+    """
+    missing = store.missing(groups)  # an invalid argument is found before anything is done
+    if verb == "list":
+        print("\n".join([*_plan(groups, store), *_published_note(groups, store)]))
+        return
+    failed = [] if verb == "table" else train(missing, store.folder)
+    _write_tables(groups, store, draw)
+    if failed:
+        logs = ", ".join(str(log_path(run, store.folder)) for run in failed)
+        sys.exit(f"error: {len(failed)} of {len(missing)} runs failed; see the end of {logs}")
+
+
+def _write_tables(groups: Mapping[str, Group], store: RunStore, draw: Callable[[Results], str]) -> None:
+    results = store.results(groups)
+    missing = len(store.missing(groups))
+    parts = [draw(results), describe_provenance(groups, results), *_published_note(groups, store)]
+    parts += [f"{missing} runs are missing."] if missing else []
+    text = "\n\n".join(part for part in parts if part)
+    store.folder.mkdir(parents=True, exist_ok=True)
+    table, runs = store.folder / "table.md", store.folder / "table.csv"
+    table.write_text(text + "\n", encoding="utf-8")
+    write_csv(runs, groups, results)
+    print(f"{text}\n\nwritten to {table} and {runs}")
+
+
+def _published_note(groups: Mapping[str, Group], store: RunStore) -> list[str]:
+    wanted = {group.run(seed).digest for group in groups.values() for seed in group.seeds}
+    count = len(wanted & store.published.keys())
+    return [f"{count} published runs stand in for runs of their options."] if store.published else []
+
+
+def _plan(groups: Mapping[str, Group], store: RunStore) -> list[str]:
+    """Every group with the arguments of its runs, and about how long the missing ones take."""
+    results, missing = store.results(groups), store.missing(groups)
+    lines = []
+    for name, group in groups.items():
+        seeds = ", ".join(str(seed) for seed in group.seeds)
+        lines.append(f"{name}: {group.title}; seeds {seeds}; {len(results[name])} of {len(group.seeds)} finished")
+        lines.append(f"    {shlex.join(group.options)}")
+    steps = sum(run.config.total_steps for run in missing)
+    own = [run for runs in results.values() for run in runs.values() if run not in store.published.values()]
+    speeds = [speed for run in own if (speed := run.metrics["steps_per_second"])]
+    speed, source = (statistics.median(speeds), "as measured here") if speeds else (STEPS_PER_SECOND, "a guess")
+    hours = steps / speed / min(AT_ONCE, max(len(missing), 1)) / 3600
+    at = f"{AT_ONCE} at once at {speed:.0f} steps/s each, {source}"
+    return [*lines, f"{len(missing)} runs of {steps} steps in all to train: about {hours:.1f} h, {at}"]
