@@ -1,10 +1,10 @@
 """See again what broke a training: `python -m asddpg.reproduce runs/<run>/breakdown_<step>`.
 
-From the checkpoint in the folder the same steps are made again, to the one that broke. Nothing is written. A run whose
-controller is code of its own wants it named: controller.type=package.module:Factory.
+From the checkpoint in the folder the same steps are made again, to the one that broke. Nothing is written.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import SupportsFloat
 
@@ -12,24 +12,35 @@ from asddpg.build import check_device, make_agent, make_environment, prepare_tor
 from asddpg.episodes.protocols import Callback, Step
 from asddpg.errors import Breakdown, UserError
 from asddpg.observers.finite_check import FiniteCheck
+from asddpg.options.help_text import help_text
+from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
 from asddpg.runs import failure_dump
 from asddpg.runs.checkpoints import TrainingStates
 from asddpg.runs.resumable import ResumableEpisodes
 from asddpg.runs.run_folder import RunFolder, read_training
-from asddpg.runs.safe_loading import CONTROLLER, check_links, controller_named_in
+from asddpg.runs.safe_loading import OURS, check_links
 from asddpg.training import validate
+from tasks.options import argument, option
+
+
+@dataclass(frozen=True)
+class ReproduceArguments:
+    """What is reproduced."""
+
+    folder: Path = argument("Folder of the breakdown, runs/<run>/breakdown_<step>.")
+    controller: str = option(
+        OURS, "Controller of your own that the run was trained with: that you trust its code.", name="controller.type"
+    )
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Drive to the step that broke, and tell of it."""
-    folders = [argument for argument in arguments if not argument.startswith(CONTROLLER)]
-    if len(folders) != 1:
-        raise UserError("one folder is wanted, that of a breakdown: runs/<run>/breakdown_<step>")
-    dump = Path(folders[0])
+    """Drive to the step that broke, and print what broke."""
+    parsed = parse_arguments(ReproduceArguments, arguments)
+    dump = parsed.folder
     check_links(dump)
     trouble = _read(dump)
-    config, _ = read_training(RunFolder(dump).config, controller_named_in(arguments))
+    config, _ = read_training(RunFolder(dump).config, parsed.controller)
     check_device(config.device)
     prepare_torch()
     environment = make_environment(config.task, config.reward)
@@ -100,4 +111,4 @@ class LastStep(Callback):
 
 
 if __name__ == "__main__":
-    run(main, str(__doc__))
+    run(main, help_text(__doc__, ReproduceArguments))
