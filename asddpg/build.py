@@ -1,6 +1,5 @@
 """Puts environment and agent together from a configuration: where tasks and agent meet."""
 
-import dataclasses
 import re
 from pathlib import Path
 
@@ -20,7 +19,6 @@ from asddpg.config import (
     PlayConfig,
     RecordConfig,
     RecordEvaluationConfig,
-    RewardConfig,
     TaskConfig,
     TrainConfig,
     WithdrawalConfig,
@@ -31,20 +29,13 @@ from asddpg.errors import UserError, truncated_repr
 from asddpg.recording.live.controls import Steering
 from asddpg.recording.live.live_view import LiveView
 from asddpg.recording.pictures.cameras import Cameras, HasPhysics
-from tasks import LaserConfig, NavigationConfig, Reward, gymnasium_id
+from tasks import Reward, gymnasium_id
 from tasks.gymnasium_adapter import NavigationEnv
 
 
-def make_environment(task: TaskConfig, reward: RewardConfig) -> gymnasium.Env:
+def make_environment(task: TaskConfig, reward: Reward) -> gymnasium.Env:
     """The task as a Gymnasium environment, actions in m/s and rad/s."""
-    constants = dataclasses.asdict(task)
-    name, num_scans, laser = (constants.pop(key) for key in ("name", "num_scans", "laser"))
-    return gymnasium.make(
-        gymnasium_id(name),
-        reward=Reward(**dataclasses.asdict(reward)),
-        config=NavigationConfig(**constants, laser=LaserConfig(**laser)),
-        num_scans=num_scans,
-    )
+    return gymnasium.make(gymnasium_id(task.name), reward=reward, config=task, num_scans=task.num_scans)
 
 
 def navigation_env(environment: gymnasium.Env) -> NavigationEnv:

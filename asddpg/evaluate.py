@@ -1,6 +1,6 @@
 """Evaluate: `python -m asddpg.evaluate run=<run_dir> episodes=200`.
 
-A policy that the project brings along is run=pretrained:nav_complex. A baseline needs no run:
+run=pretrained:nav_complex is a policy that the project ships. A baseline needs no run:
 `python -m asddpg.evaluate agent=controller task=nav_complex`.
 """
 
@@ -10,16 +10,16 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from omegaconf import OmegaConf
 from tqdm import tqdm
 
 from asddpg.build import make_cameras, navigation_env
-from asddpg.command_line import evaluate_config, option_names
+from asddpg.command_line import evaluate_config
 from asddpg.config import EvaluateConfig
 from asddpg.episodes.evaluation import EvaluationResult, evaluate, table
 from asddpg.errors import UserError
 from asddpg.observers.progress import EpisodeBar
-from asddpg.policy_setup import Driving, open_driving
+from asddpg.options.help_text import help_text
+from asddpg.policy_setup import DriverSetup, set_up_driver
 from asddpg.program import run
 from asddpg.recording.how_to_open import how_to_open
 from asddpg.runs.run_folder import unused_folder, write_json
@@ -30,37 +30,37 @@ from tasks.room_geometry.held_out import Pair
 def main(arguments: Sequence[str]) -> None:
     """Compose, drive, print the table, write evaluation.json."""
     config = evaluate_config(arguments)
-    driving = open_driving(config, "evaluate", config.seed or 0)
-    task = driving.config.task
+    setup = set_up_driver(config, "evaluate", config.seed or 0)
+    task = setup.config.task
     pairs, pairs_name = _pairs(config, task.name, task.goal_radius)
-    if not os.access(driving.evaluation.parent, os.W_OK):
-        raise UserError(f"{driving.evaluation} cannot be written: the folder is not writable")
-    folder = unused_folder(driving.evaluation.parent / "evaluated_episodes")
-    cameras = make_cameras(config.record, navigation_env(driving.environment))
-    recorder = driving.recorder(config.record, folder, pairs_name, tqdm.write, cameras)
+    if not os.access(setup.evaluation.parent, os.W_OK):
+        raise UserError(f"{setup.evaluation} cannot be written: the folder is not writable")
+    folder = unused_folder(setup.evaluation.parent / "evaluated_episodes")
+    cameras = make_cameras(config.record, navigation_env(setup.environment))
+    recorder = setup.recorder(config.record, folder, pairs_name, tqdm.write, cameras)
     bar = EpisodeBar(len(pairs))
     try:
-        result = evaluate(driving.environment, driving.driver, pairs, task.control_timestep, (bar, recorder))
+        result = evaluate(setup.environment, setup.driver, pairs, task.control_timestep, (bar, recorder))
     finally:
         recorder.close()
         bar.close()
-    print(f"{driving.what}, {task.name}, {pairs_name}\n{table({driving.name: result})}")
-    write_json(driving.evaluation, _content(config, driving, pairs_name, result))
-    print(f"written to {driving.evaluation}")
+    print(f"{setup.title}, {task.name}, {pairs_name}\n{table({setup.name: result})}")
+    write_json(setup.evaluation, _content(config, setup, pairs_name, result))
+    print(f"written to {setup.evaluation}")
     if recorder.files:
         print(how_to_open(recorder.files, folder))
 
 
-def _content(config: EvaluateConfig, driving: Driving, pairs_name: str, result: EvaluationResult) -> dict[str, Any]:
+def _content(config: EvaluateConfig, setup: DriverSetup, pairs_name: str, result: EvaluationResult) -> dict[str, Any]:
     content: dict[str, Any] = {
-        "what": driving.what,
-        "driver": driving.name,
-        "task": driving.config.task.name,
+        "what": setup.title,
+        "driver": setup.name,
+        "task": setup.config.task.name,
         "set": pairs_name,
         **result.as_dict(),
     }
     content |= {"controller": dataclasses.asdict(config.controller)} if config.agent == "controller" else {}
-    return content | driving.current_versions()
+    return content | setup.current_versions()
 
 
 def _pairs(config: EvaluateConfig, task_name: str, goal_radius: float) -> tuple[Sequence[Pair], str]:
@@ -76,4 +76,4 @@ def _pairs(config: EvaluateConfig, task_name: str, goal_radius: float) -> tuple[
 
 
 if __name__ == "__main__":
-    run(main, f"{__doc__}\n\nOptions: {', '.join(option_names(OmegaConf.structured(EvaluateConfig)))}")
+    run(main, help_text(__doc__, EvaluateConfig))

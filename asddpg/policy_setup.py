@@ -1,4 +1,4 @@
-"""Opens what run= or agent= names and puts together who can drive it, and where; for all programs that drive."""
+"""Opens what run= or agent= names and makes its driver and its environment, for evaluate and play."""
 
 import dataclasses
 from collections.abc import Callable, Mapping
@@ -17,7 +17,7 @@ from asddpg.build import (
     prepare_torch,
 )
 from asddpg.command_line import BASELINES, train_config
-from asddpg.config import ControllerConfig, DrivingConfig, RecordEvaluationConfig, TrainConfig
+from asddpg.config import ControllerConfig, DriverConfig, RecordEvaluationConfig, TrainConfig
 from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone, random_actor, with_switch
 from asddpg.episodes.random_streams import stream
 from asddpg.errors import UserError
@@ -30,21 +30,21 @@ from tasks import ALL_TASKS
 
 
 @dataclass(frozen=True)
-class Driving:
-    """What drives, and where.
+class DriverSetup:
+    """A driver and its environment.
 
     Attributes:
-        what: it is, for people.
+        title: for people.
         config: of the training, or the defaults for a baseline.
         environment: where to drive.
         drivers: by name: of a run, those that driver= may be; of a baseline, itself.
-        name: of the driver that was asked for.
-        evaluation: where figures of it are written; recordings go into folders beside.
-        checkpoint: which weights drive, for recordings.
-        step: of training, that the weights are of; 0 for a baseline.
+        name: of the chosen driver.
+        evaluation: the file of its metrics; recordings go into folders beside.
+        checkpoint: the weights' names, for recordings.
+        step: of training, at which the weights were saved; 0 for a baseline.
     """
 
-    what: str
+    title: str
     config: TrainConfig
     environment: gymnasium.Env
     drivers: Mapping[str, FixedDriver]
@@ -55,7 +55,7 @@ class Driving:
 
     @property
     def driver(self) -> FixedDriver:
-        """The driver that was asked for."""
+        """The chosen driver."""
         return self.drivers[self.name]
 
     def current_versions(self) -> dict[str, str]:
@@ -64,41 +64,41 @@ class Driving:
 
     def recorder(
         self,
-        wanted: RecordEvaluationConfig,
+        record: RecordEvaluationConfig,
         folder: Path,
         pairs: str,
-        say: Callable[[str], None],
+        log: Callable[[str], None],
         cameras: Cameras | None = None,
     ) -> Recorder:
-        """Records what is driven along those pairs into a folder, with what cameras see of it."""
+        """Records episodes along those pairs into a folder, with the pictures of cameras."""
         return Recorder(
             folder,
             navigation_env(self.environment),
             self.recording_provenance(pairs),
-            selection_of(wanted),
-            say,
+            make_selection(record),
+            log,
             first_step=self.step,
             counts_steps=False,
             cameras=cameras,
         )
 
     def recording_provenance(self, pairs: str) -> Provenance:
-        """What a recording of it is of, driven along those pairs."""
+        """Provenance of a recording along those pairs."""
         provenance = self.current_versions()
         settings = config_text(dataclasses.asdict(self.config), provenance)
         return recording_provenance(self.config, settings, provenance, driver=self.name, pairs=pairs, **self.checkpoint)
 
 
-def open_driving(config: DrivingConfig, verb: str, seed: int) -> Driving:
-    """Open what a program is to drive.
+def set_up_driver(config: DriverConfig, verb: str, seed: int) -> DriverSetup:
+    """Open a run or a baseline, and make its driver.
 
     Args:
         config: of the program.
-        verb: what the program does, for its errors.
-        seed: of a driver that draws.
+        verb: of the program, for its errors.
+        seed: of the random driver.
 
     Raises:
-        UserError: there is no such thing, or options that do not go together.
+        UserError: there is no such run or baseline, or options contradict one another.
     """
     check_device(config.device)
     prepare_torch()
@@ -111,7 +111,7 @@ def open_driving(config: DrivingConfig, verb: str, seed: int) -> Driving:
     raise UserError(f"{verb} what? run=<run_dir> or run=pretrained:<name>, or agent={'|'.join(BASELINES)} with task=")
 
 
-def _open_run(config: DrivingConfig, run: str) -> Driving:
+def _open_run(config: DriverConfig, run: str) -> DriverSetup:
     own = "a run brings its own controller; controller.* is for agent=controller"
     if config.controller.gains != ControllerConfig().gains:
         raise UserError(own)
@@ -135,8 +135,8 @@ def _open_run(config: DrivingConfig, run: str) -> Driving:
         raise UserError("driver=switch needs a run with a controller, and this one is DDPG; driver=actor works")
     if not is_other_task and environment_hash(environment) != opened.provenance.get("model_hash"):
         print("note: the scene's model is not the one this run was trained on")
-    return Driving(
-        what=f"{opened.title} (step {step}), driver {config.driver}",
+    return DriverSetup(
+        title=f"{opened.title} (step {step}), driver {config.driver}",
         config=trained,
         environment=environment,
         drivers=drivers,
@@ -147,7 +147,7 @@ def _open_run(config: DrivingConfig, run: str) -> Driving:
     )
 
 
-def _open_baseline(config: DrivingConfig, seed: int) -> Driving:
+def _open_baseline(config: DriverConfig, seed: int) -> DriverSetup:
     if config.agent not in BASELINES:
         raise UserError(
             f"there is no baseline {config.agent!r}; there are {', '.join(BASELINES)}; a trained agent is run="
@@ -162,8 +162,8 @@ def _open_baseline(config: DrivingConfig, seed: int) -> Driving:
         driver = controller_alone(controller_for(environment, config.controller))
     else:
         driver = random_actor(*action_bounds(environment), stream(seed, "exploration"))
-    return Driving(
-        what=f"{config.agent} on {config.task}",
+    return DriverSetup(
+        title=f"{config.agent} on {config.task}",
         config=defaults,
         environment=environment,
         drivers={config.agent: driver},
@@ -173,8 +173,8 @@ def _open_baseline(config: DrivingConfig, seed: int) -> Driving:
     )
 
 
-def selection_of(wanted: RecordEvaluationConfig) -> Selection:
+def make_selection(record: RecordEvaluationConfig) -> Selection:
     """Which episodes are recorded."""
-    # Who names outcomes alone wants all episodes that end so.
-    regularly = every_nth(wanted.every or (1 if wanted.outcomes and not wanted.only else 0))
-    return Selection(lambda number: regularly(number) or number in wanted.only, wanted.outcomes)
+    # Outcomes alone select all episodes that end so.
+    regularly = every_nth(record.every or (1 if record.outcomes and not record.only else 0))
+    return Selection(lambda number: regularly(number) or number in record.only, record.outcomes)

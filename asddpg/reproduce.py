@@ -1,10 +1,10 @@
 """Repeat the step at which a training failed: `python -m asddpg.reproduce runs/<run>/failure_<step>`.
 
-From the training state in the folder the same steps are made again, up to the one that failed. Nothing is written. A
-run whose controller is code of its own needs controller.type=package.module:Factory.
+From the training state in the folder the same steps are made again, up to the one that failed. Nothing is written.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import SupportsFloat
 
@@ -15,24 +15,35 @@ from asddpg.episodes.finite_check import check_weights
 from asddpg.episodes.protocols import Callback, Step
 from asddpg.episodes.training_episodes import TrainingEpisodes
 from asddpg.errors import NumericalFailure, UserError
+from asddpg.options.help_text import help_text
+from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
 from asddpg.runs import failure_dump
 from asddpg.runs.failure_dump import Failure, first_line
 from asddpg.runs.run_folder import RunFolder, read_training
-from asddpg.runs.safe_loading import CONTROLLER, check_links, controller_named_in
+from asddpg.runs.safe_loading import OURS, check_links
 from asddpg.runs.training_states import TrainingStates
 from asddpg.training import load_episodes, validate
+from tasks.options import argument, option
+
+
+@dataclass(frozen=True)
+class ReproduceArguments:
+    """The failure to repeat."""
+
+    folder: Path = argument("Folder of the failure, runs/<run>/failure_<step>.")
+    controller: str = option(
+        OURS, "Controller of your own that the run was trained with: that you trust its code.", name="controller.type"
+    )
 
 
 def main(arguments: Sequence[str]) -> None:
     """Drive to the step that failed, and print it."""
-    folders = [argument for argument in arguments if not argument.startswith(CONTROLLER)]
-    if len(folders) != 1:
-        raise UserError("reproduce takes one folder, that of a failure: runs/<run>/failure_<step>")
-    path = Path(folders[0])
+    parsed = parse_arguments(ReproduceArguments, arguments)
+    path = parsed.folder
     check_links(path)
     failure = _read(path)
-    config, _ = read_training(RunFolder(path).config, controller_named_in(arguments))
+    config, _ = read_training(RunFolder(path).config, parsed.controller)
     check_device(config.device)
     prepare_torch()
     environment = make_environment(config.task, config.reward)
@@ -96,4 +107,4 @@ class LastStep(Callback):
 
 
 if __name__ == "__main__":
-    run(main, str(__doc__))
+    run(main, help_text(__doc__, ReproduceArguments))

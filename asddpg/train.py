@@ -1,6 +1,8 @@
 """Train: `python -m asddpg.train task=nav_complex agent=asddpg reward=sparse network=fc3x256 seed=0`.
 
 A training that was stopped resumes with `python -m asddpg.train resume=<run_dir>`; total_steps= may be raised with it.
+
+task=, agent=, network= and reward= choose presets; the defaults below are those of task=nav_complex.
 """
 
 import csv
@@ -23,12 +25,13 @@ from asddpg.build import (
     navigation_env,
     prepare_torch,
 )
-from asddpg.command_line import GROUPS, option_names, resumed_config, train_config
+from asddpg.command_line import GROUPS, resumed_config, train_config
 from asddpg.config import TrainConfig
 from asddpg.episodes.drivers import actor_alone
 from asddpg.episodes.evaluation import EvaluationResult, evaluate, table
 from asddpg.errors import UserError
 from asddpg.observers.metrics_log import read_rows
+from asddpg.options.help_text import help_text
 from asddpg.program import python, run
 from asddpg.recording.how_to_open import how_to_watch
 from asddpg.runs import weights_file
@@ -188,15 +191,5 @@ def test(
     return result
 
 
-def usage() -> str:
-    """What --help prints."""
-    from omegaconf import OmegaConf
-
-    groups = "\n".join(f"  {name}={'|'.join(choices)}" for name, choices in GROUPS.items())
-    config = OmegaConf.structured(TrainConfig)
-    options = "\n".join(f"  {name}={OmegaConf.select(config, name)}" for name in option_names(config))
-    return f"{__doc__}\n\nOne of several:\n{groups}\n\nOptions and their defaults:\n{options}"
-
-
 if __name__ == "__main__":
-    run(main, usage())
+    run(main, help_text(__doc__, TrainConfig, GROUPS))

@@ -24,6 +24,7 @@ MAX_SONAR_RANGE = 5.0  # m; [aria]
 MAX_LINEAR_VELOCITY = 0.5  # m/s; [code]
 MAX_ANGULAR_VELOCITY = pi / 3  # rad/s; [code]
 
+PHYSICS_TIMESTEP = 0.005  # s; models/mjcf/rooms/common.xml
 CONTROL_TIMESTEP = 0.2  # s; [paper], 43 steps = 8.6 s
 GOAL_RADIUS = 0.3  # m; [code]
 TIME_LIMIT_STEPS = 200  # [code]

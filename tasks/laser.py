@@ -7,7 +7,6 @@ another count.
 from collections import deque
 from collections.abc import Mapping
 from dataclasses import dataclass
-from math import isfinite
 from typing import Any
 
 import mujoco
@@ -16,10 +15,8 @@ import numpy as np
 from tasks.constants import FIELD_OF_VIEW, MAX_RANGE, MIN_RANGE, NUM_BEAMS
 from tasks.errors import TaskError
 from tasks.generator_state import generator_state, restored_generator
+from tasks.options import NOT_NEGATIVE, SHARE, between, check_options, option
 from tasks.physics import FloatArray, Physics
-
-MAX_LATENCY = 2.0  # s
-MAX_BEAMS = 2000
 
 # Noise of the URG-04LX: σ = max(0.028, 0.0013 r + 0.0001) m, the sensor model of libpointmatcher.
 _NOISE_FLOOR, _NOISE_SLOPE, _NOISE_OFFSET = 0.028, 0.0013, 0.0001
@@ -29,25 +26,20 @@ _NOISE_FLOOR, _NOISE_SLOPE, _NOISE_OFFSET = 0.028, 0.0013, 0.0001
 class LaserConfig:
     """What the laser does; by default it is perfect."""
 
-    # Beams of the ring; the paper's code keeps 40, the real one has 682.
-    num_beams: int = NUM_BEAMS
-    # Scale of the noise on every range; 1 is a real URG-04LX's, 0 none.
-    noise: float = 0.0
-    # Probability that a beam returns nothing; it then reads the maximum range.
-    dropout: float = 0.0
-    # Seconds from the instant a scan is of to the end of the control step that returns it.
-    latency: float = 0.0
+    num_beams: int = option(
+        NUM_BEAMS,
+        "Beams over 240 degrees; the paper's code keeps 40, the real laser has 682.",
+        between(2, 2000),
+    )
+    noise: float = option(0.0, "Scale of the noise on every range; 1 is that of a real URG-04LX, 0 none.", NOT_NEGATIVE)
+    dropout: float = option(0.0, "Probability that a beam returns nothing; it then reads the maximum range.", SHARE)
+    latency: float = option(
+        0.0, "Seconds from the instant of a scan to the end of the control step that returns it.", between(0, 2, " s")
+    )
 
     def __post_init__(self) -> None:
         """TaskError where a value is out of range."""
-        if not (self.noise >= 0.0 and isfinite(self.noise)):
-            raise TaskError(f"the laser's noise must be 0 or more, not {self.noise}")
-        if not 0.0 <= self.dropout <= 1.0:
-            raise TaskError(f"the laser's dropout must be from 0 to 1, not {self.dropout}")
-        if not 0.0 <= self.latency <= MAX_LATENCY:
-            raise TaskError(f"the laser's latency must be from 0 to {MAX_LATENCY:g} s, not {self.latency}")
-        if not (isinstance(self.num_beams, int) and 2 <= self.num_beams <= MAX_BEAMS):
-            raise TaskError(f"the laser's num_beams must be a whole number from 2 to {MAX_BEAMS}, not {self.num_beams}")
+        check_options(self)
 
 
 class Laser:

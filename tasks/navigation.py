@@ -1,5 +1,6 @@
 """Drive to a goal without touching anything: the task of the paper."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -12,6 +13,7 @@ from dm_env import specs
 from tasks import constants
 from tasks.errors import TaskError
 from tasks.laser import Laser, LaserConfig
+from tasks.options import NOT_NEGATIVE, POSITIVE, Range, between, check_options, option
 from tasks.physics import FloatArray, Physics, Pose, Readings
 from tasks.rewards import Outcome, Reward
 from tasks.room_geometry.start_goal import PairRule
@@ -21,40 +23,57 @@ VELOCITY_BOUNDS = np.array([3.0, 15.0])  # m/s, rad/s
 GOAL_BOUND = 50.0  # m
 
 
+def _up_to(limit: float, unit: str) -> Range:
+    """Above 0 and up to a limit of the robot, which the words round down."""
+    words = f"above 0 and up to the robot's {math.floor(limit * 1000) / 1000} {unit}"
+    return Range(lambda value: 0.0 < value <= limit + 1e-9, words)
+
+
+def _is_control_timestep(seconds: float) -> bool:
+    steps = seconds / constants.PHYSICS_TIMESTEP
+    return 0.01 <= seconds <= 2.0 and abs(steps - round(steps)) < 1e-6
+
+
 @dataclass
 class NavigationConfig:
     """Every constant of the task; the defaults are the paper's."""
 
-    # Seconds between two commands.
-    control_timestep: float = constants.CONTROL_TIMESTEP
-    # Metres between base and goal at which the goal counts as reached.
-    goal_radius: float = constants.GOAL_RADIUS
-    # Steps after which an episode is broken off; a limit of time, not an end (discount 1).
-    time_limit_steps: int = constants.TIME_LIMIT_STEPS
-    # m/s, the smallest forward speed commanded; the released code keeps 0.05.
-    min_linear_velocity: float = 0.0
-    # m/s, the largest forward speed commanded.
-    max_linear_velocity: float = constants.MAX_LINEAR_VELOCITY
-    # rad/s, the largest turn rate commanded, either way.
-    max_angular_velocity: float = constants.MAX_ANGULAR_VELOCITY
-    # What the laser does.
+    control_timestep: float = option(
+        constants.CONTROL_TIMESTEP,
+        "Seconds between two commands.",
+        Range(_is_control_timestep, "from 0.01 to 2 s and a multiple of the physics step, 5 ms"),
+    )
+    goal_radius: float = option(
+        constants.GOAL_RADIUS,
+        "Metres between base and goal at which the goal counts as reached.",
+        between(0.1, 2, " m"),
+    )
+    time_limit_steps: int = option(
+        constants.TIME_LIMIT_STEPS,
+        "Control steps after which an episode is broken off; a limit of time, not an end (discount 1).",
+        POSITIVE,
+    )
+    min_linear_velocity: float = option(
+        0.0, "The smallest forward speed commanded, m/s; the paper's code keeps 0.05.", NOT_NEGATIVE
+    )
+    max_linear_velocity: float = option(
+        constants.MAX_LINEAR_VELOCITY,
+        "The largest forward speed commanded, m/s.",
+        _up_to(constants.WHEEL_SPEED_LIMIT * constants.WHEEL_RADIUS, "m/s"),
+    )
+    max_angular_velocity: float = option(
+        constants.MAX_ANGULAR_VELOCITY,
+        "The largest turn rate commanded, either way, rad/s.",
+        _up_to(constants.TURN_RATE_LIMIT, "rad/s"),
+    )
     laser: LaserConfig = field(default_factory=LaserConfig)
 
     def __post_init__(self) -> None:
         """TaskError where a value is out of range."""
-        for name in ("control_timestep", "goal_radius", "time_limit_steps"):
-            if not 0.0 < getattr(self, name) < np.inf:
-                raise TaskError(f"{name} must be greater than 0, not {getattr(self, name)}")
-        limits = (
-            ("max_linear_velocity", constants.WHEEL_SPEED_LIMIT * constants.WHEEL_RADIUS),
-            ("max_angular_velocity", constants.TURN_RATE_LIMIT),
-        )
-        for name, limit in limits:
-            if not 0.0 < getattr(self, name) <= limit + 1e-9:
-                raise TaskError(f"{name} must be above 0 and up to the robot's {limit:.4g}, not {getattr(self, name)}")
-        if not 0.0 <= self.min_linear_velocity < self.max_linear_velocity:
-            wanted = f"0 or more and below max_linear_velocity, {self.max_linear_velocity}"
-            raise TaskError(f"min_linear_velocity must be {wanted}, not {self.min_linear_velocity}")
+        check_options(self)
+        if not self.min_linear_velocity < self.max_linear_velocity:
+            limit = f"below max_linear_velocity, {self.max_linear_velocity}"
+            raise TaskError(f"min_linear_velocity must be {limit}, not {self.min_linear_velocity}")
 
 
 class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from enum import StrEnum
 
+from tasks.options import NOT_NEGATIVE, Range, check_options, option
+
 
 class Outcome(StrEnum):
     """State of an episode after a step: `running`, or one of the three ends."""
@@ -18,14 +20,18 @@ class Reward:
     """r = R_crash, R_reach, or else progress · (d₋₁ − d) − C, with d the distance to the goal in metres."""
 
     name: str = "dense"
-    # The paper writes (d₋₁ − d)Δt, Δt = 0.2 s; its released code takes the factor 1. 0 makes the reward sparse.
-    progress: float = 1.0
-    # The paper's C, per step.
-    time_penalty: float = 0.01
-    # The paper's R_reach.
-    reach: float = 5.0
-    # The paper's R_crash, itself negative.
-    crash: float = -5.0
+    progress: float = option(
+        1.0,
+        "Earned for each metre of progress; 1 in the paper's code, Δt = 0.2 s in its text, 0 makes the reward sparse.",
+        NOT_NEGATIVE,
+    )
+    time_penalty: float = option(0.01, "The paper's C, taken off each step.", NOT_NEGATIVE)
+    reach: float = option(5.0, "The paper's R_reach, earned at the goal.", NOT_NEGATIVE)
+    crash: float = option(-5.0, "The paper's R_crash, itself negative.", Range(lambda value: value <= 0, "0 or less"))
+
+    def __post_init__(self) -> None:
+        """TaskError where a value is out of range."""
+        check_options(self)
 
     def terms(self, outcome: Outcome, previous_distance: float, distance: float) -> dict[str, float]:
         """The reward of one step as named terms; their sum is the reward.

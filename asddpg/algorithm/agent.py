@@ -2,7 +2,7 @@
 
 import copy
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
@@ -17,8 +17,10 @@ from asddpg.algorithm.networks import CONTROLLER, POLICY, Networks
 from asddpg.algorithm.replay import Replay, Transition
 from asddpg.algorithm.reward_shaping import assisted_reward
 from asddpg.algorithm.schedules import LearningRateDecay, Withdrawal
-from asddpg.config import LearningConfig
 from asddpg.episodes.protocols import Action, Controller, Decision, Driver, Observation, StatefulController, Step
+
+if TYPE_CHECKING:  # asddpg.config imports tasks, and with it mujoco, which an agent does without
+    from asddpg.config import LearningConfig
 
 
 class AsDDPG:
@@ -27,7 +29,7 @@ class AsDDPG:
     def __init__(
         self,
         networks: Networks,
-        config: LearningConfig,
+        config: "LearningConfig",
         replay: Replay,
         noise: OrnsteinUhlenbeckNoise,
         controller: Controller | None,

@@ -7,12 +7,10 @@ from pathlib import Path
 from typing import Any
 
 import yaml
-from omegaconf import OmegaConf
-from omegaconf.errors import OmegaConfBaseException
 
 from asddpg.atomic_write import write_whole
-from asddpg.command_line import first_line
-from asddpg.config import TrainConfig, check
+from asddpg.command_line import stored_config
+from asddpg.config import TrainConfig
 from asddpg.errors import UserError
 from asddpg.runs.safe_loading import OURS, beginning_of, check_controller, check_links, plain_values
 from tasks import ALL_TASKS
@@ -125,12 +123,9 @@ def training_in(text: str | bytes, title: str, controller: str | None = OURS) ->
     """
     values, provenance = _values_in(text, title)
     try:
-        merged = OmegaConf.merge(OmegaConf.structured(TrainConfig), values)
-        config = OmegaConf.to_object(merged)
-        assert isinstance(config, TrainConfig)
-        check(config)
-    except (OmegaConfBaseException, OverflowError, UserError) as error:
-        raise UserError(f"{title} is not a configuration of this version: {first_line(error)}") from error
+        config = stored_config(values)
+    except UserError as error:
+        raise UserError(f"{title} is not a configuration of this version: {error}") from error
     if config.task.name not in ALL_TASKS:
         raise UserError(f"{title} names no task of this version: {config.task.name!r}")
     check_controller(config, controller, title)

@@ -1,6 +1,5 @@
 """The options of the schema, their rules, and values of their types, for property-based tests."""
 
-import math
 import typing
 from collections.abc import Callable
 from types import NoneType, UnionType
@@ -9,21 +8,19 @@ from typing import Any
 from hypothesis import strategies as st
 from hypothesis.strategies import SearchStrategy
 
-from asddpg.config import PLAY_RULES, RULES, PlayConfig
-from asddpg.option_types import kinds_of
+from tasks.options import options_of
 
 Words = SearchStrategy[list[str]]
 
 
 def options(config: type) -> dict[str, Any]:
-    """Options and their types; a group's name is none."""
-    return {name: kind for name, kind in kinds_of(config).items() if not name.endswith(".name")}
+    """Options and their types."""
+    return {option.name: option.type for option in options_of(config)}
 
 
 def rules(config: type) -> dict[str, Callable[[Any], bool]]:
-    """What is right, by option, as far as the schema says so."""
-    every = RULES | PLAY_RULES if config is PlayConfig else RULES
-    return {name: is_right for name, (is_right, _) in every.items() if name in options(config)}
+    """The ranges, by option."""
+    return {option.name: option.range.includes for option in options_of(config) if option.range}
 
 
 def base(kind: Any) -> Any:
@@ -56,14 +53,3 @@ def _floats(low: float | None = None, high: float | None = None) -> SearchStrate
 
 def _is_no_dust(number: float) -> bool:
     return number == 0.0 or abs(number) > 1e-300  # what is smaller is read as 0
-
-
-def written(value: Any) -> str:
-    """A value as a user types it."""
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, list):
-        return f"[{','.join(map(written, value))}]"
-    if isinstance(value, float):
-        assert math.isfinite(value)
-    return str(value)

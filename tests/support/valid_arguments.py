@@ -7,7 +7,8 @@ from hypothesis.strategies import SearchStrategy
 
 from asddpg.command_line import GROUPS
 from asddpg.config import TrainConfig
-from tests.support.option_values import Words, options, rules, values_of, written
+from asddpg.options.values import write_value
+from tests.support.option_values import Words, options, rules, values_of
 
 
 def valid_arguments(widest: int = 65_536, most_beams: int = 2000) -> Words:
@@ -21,8 +22,8 @@ def valid_arguments(widest: int = 65_536, most_beams: int = 2000) -> Words:
         "task.control_timestep": st.integers(2, 400).map(lambda steps: steps * 0.005),
         "task.num_scans": st.integers(1, 8),
         "task.laser.num_beams": st.integers(12, most_beams),
-        "task.max_linear_velocity": st.floats(0.01, 1.19, allow_subnormal=False),
-        "task.max_angular_velocity": st.floats(0.01, 5.23, allow_subnormal=False),
+        "task.max_linear_velocity": st.floats(0.01, 1.199, allow_subnormal=False),
+        "task.max_angular_velocity": st.floats(0.01, 5.235, allow_subnormal=False),
         "record.picture_size": st.lists(st.integers(8, 540).map(lambda half: 2 * half), min_size=2, max_size=2),
     }
 
@@ -31,11 +32,11 @@ def valid_arguments(widest: int = 65_536, most_beams: int = 2000) -> Words:
         # Within a function of its own: hypothesis would make bounds of a rule, 5e-324 of "greater than 0", which is 0
         # once prepare_torch has turned such numbers off.
         taken = drawn.filter(lambda each: name not in is_right or is_right[name](each))
-        return taken.map(lambda each: f"{name}={written(each)}")
+        return taken.map(lambda each: f"{name}={write_value(each)}")
 
     names = st.lists(st.sampled_from(sorted(set(kinds) - set(left_out))), max_size=8, unique=True)
     single = names.flatmap(lambda chosen: st.tuples(*map(value, chosen)))
-    groups = st.tuples(*(st.sampled_from(choices) for choices in GROUPS.values())).map(
+    groups = st.tuples(*(st.sampled_from(sorted(choices)) for choices in GROUPS.values())).map(
         lambda choices: [f"{group}={choice}" for group, choice in zip(GROUPS, choices, strict=True)]
     )
     return st.builds(lambda chosen, arguments: [*chosen, *arguments], groups, single)

@@ -1,14 +1,12 @@
-"""The words that make a configuration: train_config's inverse."""
+"""The arguments that make a configuration: train_config's inverse."""
 
 import shlex
-from collections.abc import Sequence
-from typing import Any
 
-from omegaconf import OmegaConf
-
-from asddpg.command_line import option_names, train_config
+from asddpg.command_line import train_config
 from asddpg.config import TrainConfig
 from asddpg.errors import UserError
+from asddpg.options.values import write_value
+from tasks.options import options_of
 
 LEFT_OUT = ("run_dir",)  # where a run lay, not what was trained
 
@@ -17,13 +15,13 @@ def command_of(config: TrainConfig) -> str:
     """The command line that trains by a configuration, quoted for a shell.
 
     Raises:
-        UserError: no words of this version make that configuration.
+        UserError: no arguments of this version make that configuration.
     """
-    return shlex.join(["python", "-m", "asddpg.train", *words_of(config)])
+    return shlex.join(["python", "-m", "asddpg.train", *arguments_of(config)])
 
 
-def words_of(config: TrainConfig) -> list[str]:
-    """The words: task, then the choices and the options that differ from the task's defaults; not where it lay.
+def arguments_of(config: TrainConfig) -> list[str]:
+    """The task, then the choices and the options that differ from the task's defaults; not where the run lay.
 
     Raises:
         UserError: as above.
@@ -36,20 +34,13 @@ def words_of(config: TrainConfig) -> list[str]:
             arguments.append(f"{group}={name}")
     arguments += _differences(config, train_config(arguments))
     if _differences(config, train_config(arguments)):
-        raise UserError("no words of this version make the configuration of this run; train it anew")
+        raise UserError("no arguments of this version make the configuration of this run; train it anew")
     return arguments
 
 
-def _differences(config: TrainConfig, defaults: TrainConfig) -> Sequence[str]:
-    wanted, known = OmegaConf.structured(config), OmegaConf.structured(defaults)
-    names = [name for name in option_names(known) if name not in LEFT_OUT and not name.endswith(".name")]
-    values = {name: (OmegaConf.select(wanted, name), OmegaConf.select(known, name)) for name in names}
-    return [f"{name}={_word(value)}" for name, (value, default) in values.items() if value != default]
-
-
-def _word(value: Any) -> str:
-    if isinstance(value, bool) or value is None:
-        return {True: "true", False: "false", None: "null"}[value]
-    if OmegaConf.is_list(value):
-        return f"[{','.join(_word(item) for item in value)}]"
-    return str(value)
+def _differences(config: TrainConfig, defaults: TrainConfig) -> list[str]:
+    return [
+        f"{option.name}={write_value(option.value)}"
+        for option, default in zip(options_of(config), options_of(defaults), strict=True)
+        if option.value != default.value and option.name not in LEFT_OUT
+    ]

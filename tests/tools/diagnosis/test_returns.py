@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from asddpg.config import LearningConfig, RewardConfig, TrainConfig
+from asddpg.config import LearningConfig, TrainConfig
+from tasks import Reward
 from tools.diagnosis.returns import LARGEST_UNKNOWN, Tail, discounted_returns, tail_of
 
 TAIL = Tail(worst=-8.0, best=4.0)
@@ -30,17 +31,17 @@ def test_after_a_time_limit_the_worst_or_the_best_may_follow() -> None:
     ("reward", "worst", "best"),
     [
         # Standing for ever costs 0.05 / (1 − 0.99) = 5, a crash 4 or 6; at best the goal comes at once.
-        (RewardConfig(time_penalty=0.05, crash=-4.0, reach=3.0), -5.0, 3.0),
-        (RewardConfig(time_penalty=0.05, crash=-6.0, reach=3.0), -6.0, 3.0),
+        (Reward(time_penalty=0.05, crash=-4.0, reach=3.0), -5.0, 3.0),
+        (Reward(time_penalty=0.05, crash=-6.0, reach=3.0), -6.0, 3.0),
         # 0.5 m/s · 0.2 s = 0.1 m a step nearer or farther, less 0.01, for ever.
-        (RewardConfig(progress=1.0, time_penalty=0.01, crash=-5.0, reach=5.0), -11.0, 9.0),
+        (Reward(progress=1.0, time_penalty=0.01, crash=-5.0, reach=5.0), -11.0, 9.0),
     ],
 )
-def test_the_rewards_bounds(reward: RewardConfig, worst: float, best: float) -> None:
+def test_the_rewards_bounds(reward: Reward, worst: float, best: float) -> None:
     tail = tail_of(TrainConfig(reward=reward))
     assert [tail.worst, tail.best] == pytest.approx([worst, best])
 
 
 def test_the_controllers_price_may_follow_too() -> None:
-    config = TrainConfig(reward=RewardConfig(), agent=LearningConfig(controller_price=0.05))
+    config = TrainConfig(reward=Reward(), agent=LearningConfig(controller_price=0.05))
     assert tail_of(config).worst == pytest.approx(-10.0)

@@ -1,0 +1,1 @@
+"""Options on a command line: parsed, checked, listed by --help."""

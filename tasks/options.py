@@ -1,0 +1,146 @@
+"""Options: fields of a dataclass, each with its default, its meaning and its range beside it.
+
+The same declaration checks a value that a program passes, a value of a stored configuration and one of a command line,
+and it becomes `--help` and the reference of the documentation.
+"""
+
+import dataclasses
+import math
+import types
+import typing
+from collections.abc import Callable, Iterator
+from dataclasses import MISSING
+from numbers import Integral, Real
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from tasks.errors import TaskError
+
+_LARGEST = 2**63  # no option needs such a whole number, and not every counter can hold it
+
+
+class Range(NamedTuple):
+    """The values that an option takes, and the words that end the sentence "it must be …"."""
+
+    includes: Callable[[Any], bool]
+    text: str
+
+
+def between(low: float, high: float, note: str = "") -> Range:
+    """From the one to the other, both included."""
+    return Range(lambda value: low <= value <= high, f"from {low} to {high}{note}")
+
+
+def one_of(*choices: str) -> Range:
+    """One of several texts."""
+    return Range(lambda value: value in choices, f"{', '.join(choices[:-1])} or {choices[-1]}")
+
+
+POSITIVE = Range(lambda value: value > 0, "greater than 0")
+NOT_NEGATIVE = Range(lambda value: value >= 0, "0 or more")
+SHARE = between(0, 1)
+
+TYPES: dict[Any, str] = {
+    int: "a whole number",
+    float: "a number",
+    bool: "true or false",
+    str: "a single text",
+    Path: "a path",
+    list[int]: "a list of whole numbers, such as [1,2]",
+    list[float]: "a list of numbers, such as [1,2.5]",
+    list[str]: "a list of words, such as [one,two]",
+    list[Path]: "paths",
+    types.NoneType: "null",
+}
+_CLASSES: dict[Any, type] = {
+    int: Integral,
+    float: Real,
+    bool: bool,
+    str: str,
+    Path: Path,
+    types.NoneType: types.NoneType,
+}
+
+
+def option(default: Any, meaning: str, values: Range | None = None, *, name: str = "", is_named: bool = True) -> Any:
+    """A field that a user may set.
+
+    Args:
+        default: its value where the user gives none; MISSING where one must be given. Lists are copied.
+        meaning: one sentence, with the unit.
+        values: its range; None where the type says it all.
+        name: on a command line, where it is not the field's.
+        is_named: whether a command line gives it as name=value; else by its place.
+    """
+    metadata = {"meaning": meaning, "range": values, "name": name, "is_named": is_named}
+    if isinstance(default, list):
+        return dataclasses.field(default_factory=default.copy, metadata=metadata)
+    return dataclasses.field(default=default, metadata=metadata)
+
+
+def argument(meaning: str, default: Any = MISSING) -> Any:
+    """A field that a command line gives by its place, without a name; arguments come before options."""
+    return option(default, meaning, is_named=False)
+
+
+class Option(NamedTuple):
+    """An option as declared: its full name, its type, and what stands beside it."""
+
+    name: str  # such as task.laser.noise
+    type: Any
+    value: Any  # of a class the default; MISSING where one must be given
+    meaning: str
+    range: Range | None
+    is_named: bool
+
+    def requirement(self, value: Any) -> str:
+        """What the value must be, such as "0 or more"; empty if it is."""
+        kinds = alternatives(self.type)
+        if not any(_is_of(value, kind) for kind in kinds):
+            return " or ".join(TYPES[kind] for kind in kinds)
+        for number in value if isinstance(value, list) else [value]:
+            if isinstance(number, float) and not math.isfinite(number):
+                return "a finite number"
+            if isinstance(number, int) and abs(number) >= _LARGEST:
+                return "within ±2^63"
+        return "" if value is None or self.range is None or self.range.includes(value) else self.range.text
+
+
+def alternatives(kind: Any) -> tuple[Any, ...]:
+    """The types that an option takes: int | None takes two."""
+    return typing.get_args(kind) if isinstance(kind, types.UnionType) else (kind,)
+
+
+def _is_of(value: Any, kind: Any) -> bool:
+    if typing.get_origin(kind) is list:
+        (inner,) = typing.get_args(kind)
+        return isinstance(value, list) and all(_is_of(each, inner) for each in value)
+    return isinstance(value, _CLASSES[kind]) and (kind is bool or not isinstance(value, bool))
+
+
+def options_of(config: Any, prefix: str = "") -> Iterator[Option]:
+    """Every option of a dataclass or of an object of it, nested ones by their full names."""
+    hints = typing.get_type_hints(config if isinstance(config, type) else type(config))
+    for each in dataclasses.fields(config):
+        value = _default(each) if isinstance(config, type) else getattr(config, each.name)
+        about = each.metadata
+        if dataclasses.is_dataclass(value):
+            yield from options_of(value, f"{prefix}{each.name}.")
+        elif about:
+            name = about["name"] or f"{prefix}{each.name}"
+            yield Option(name, hints[each.name], value, about["meaning"], about["range"], about["is_named"])
+
+
+def _default(field: Any) -> Any:
+    return field.default if field.default_factory is MISSING else field.default_factory()
+
+
+def check_options(config: Any) -> None:
+    """Hold every option of an object against its type and its range.
+
+    Raises:
+        TaskError: the first that is out of range.
+    """
+    for each in options_of(config):
+        if requirement := each.requirement(each.value):
+            raise TaskError(f"{each.name} must be {requirement}, not {each.value!r}")
