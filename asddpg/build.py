@@ -30,7 +30,7 @@ from asddpg.recording.live.controls import Steering
 from asddpg.recording.live.live_view import LiveView
 from asddpg.recording.pictures.cameras import Cameras, HasPhysics
 from tasks import Reward, gymnasium_id
-from tasks.gymnasium_adapter import NavigationEnv
+from tasks.gymnasium_api.navigation_env import NavigationEnv
 
 
 def make_environment(task: TaskConfig, reward: Reward) -> gymnasium.Env:

@@ -26,7 +26,7 @@ from asddpg.recording.how_to_open import how_to_open, how_to_watch
 from asddpg.recording.pictures.film import Film
 from asddpg.recording.recorder import Recorder
 from asddpg.runs.run_folder import unused_folder
-from tasks.gymnasium_adapter import NavigationEnv
+from tasks.gymnasium_api.navigation_env import NavigationEnv
 
 EPISODES = 3  # without episodes= and live=true
 

@@ -10,7 +10,7 @@ import pytest
 import tasks
 from tasks import NavigationConfig, Reward
 from tasks.errors import TaskError
-from tasks.gymnasium_adapter import NavigationEnv
+from tasks.gymnasium_api.navigation_env import NavigationEnv
 from tasks.rewards import REWARDS, Outcome
 
 

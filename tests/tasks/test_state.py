@@ -14,7 +14,7 @@ import pytest
 import tasks
 from asddpg.runs import state_files
 from tasks.errors import TaskError
-from tasks.gymnasium_adapter import NavigationEnv
+from tasks.gymnasium_api.navigation_env import NavigationEnv
 from tasks.laser import LaserConfig
 from tasks.navigation import NavigationConfig
 

@@ -16,7 +16,7 @@ from asddpg.recording.messages.path_message import DRIVER_COLOURS
 from asddpg.recording.pictures.caption import OUTCOME_COLOURS, Colour
 from asddpg.recording.samples import NANOSECONDS
 from asddpg.runs.run_folder import training_in
-from tasks.gymnasium_adapter import NavigationEnv
+from tasks.gymnasium_api.navigation_env import NavigationEnv
 
 StepRecord = dict[str, Any]  # what /step says
 

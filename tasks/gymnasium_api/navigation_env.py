@@ -10,9 +10,9 @@ from gymnasium import spaces
 
 from tasks import constants
 from tasks.errors import TaskError
-from tasks.flat_observation import Float32Array, ScanStack
 from tasks.generator_state import generator_state, restored_generator
 from tasks.graphics.rendering import OffscreenRenderer
+from tasks.gymnasium_api.flat_observation import Float32Array, ScanStack
 from tasks.navigation import GOAL_BOUND, VELOCITY_BOUNDS, NavigationConfig
 from tasks.physics import FloatArray, Pose
 from tasks.registry import ALL_TASKS, load
