@@ -148,11 +148,6 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         self._steps = state["steps"]
         self.laser.load_state(state["laser"])
 
-    @property
-    def is_at_start(self) -> bool:
-        """Whether the episode has not taken a step yet."""
-        return self._steps == 0
-
     # Step ---------------------------------------------------------------------------------------------------------
 
     def before_step(self, action: FloatArray, physics: Physics) -> None:

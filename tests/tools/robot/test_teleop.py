@@ -17,7 +17,7 @@ from tools.robot.teleop_keys import ANGULAR_STEP, BACKSPACE, DOWN, LEFT, LINEAR_
 from tools.teleop import TeleopSession
 
 
-def drive_of(task: str) -> TeleopSession:
+def start_session(task: str) -> TeleopSession:
     physics = open_scene(scene_file(task))
     return TeleopSession(physics, make_rule(task, physics.model.ptr))
 
@@ -60,8 +60,8 @@ def test_commands_stay_within_the_limits_and_come_back_to_rest(key: int, back: i
     assert presses in (5, 6)
 
 
-def test_keys_drive_the_robot_and_backspace_brings_it_back() -> None:
-    driven = drive_of("nav_complex")
+def test_keys_drive_the_robot_and_backspace_resets_it() -> None:
+    driven = start_session("nav_complex")
     goal = driven.physics.goal()
     assert driven.frame <= 0.2
     for _ in range(5):
@@ -79,7 +79,7 @@ def test_keys_drive_the_robot_and_backspace_brings_it_back() -> None:
 
 
 def test_a_crash_is_shown() -> None:
-    driven = drive_of("nav_empty")
+    driven = start_session("nav_empty")
     for _ in range(5):
         driven.press(UP)
     for _ in range(round(9.0 / driven.frame)):
@@ -112,13 +112,13 @@ def test_a_scene_without_the_robot_is_shown_only(
     assert "lacks the body 'base': it has no Pioneer to drive" in capsys.readouterr().out
 
 
-def test_wrong_words() -> None:
+def test_invalid_arguments() -> None:
     for arguments in ([], ["nav_empty", "nav_simple"]):
         with pytest.raises(UserError, match="name one scene: nav_empty"):
             teleop.main(arguments)
 
 
-def test_the_pace_catches_up_and_lets_long_delays_go(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_clock_catches_up_and_skips_long_delays(monkeypatch: pytest.MonkeyPatch) -> None:
     now = [10.0]
 
     def sleep(seconds: float) -> None:
