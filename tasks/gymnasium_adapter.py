@@ -90,7 +90,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
 
     @cached_property
     def obstacles(self) -> Obstacles:
-        """What stands in the robot's way in the room, computed once."""
+        """Obstacles of the room, computed once."""
         return Obstacles.from_model(self._physics.model.ptr)
 
     @property
@@ -215,7 +215,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
             bounds = f"x from {low[0]:g} to {high[0]:g} m and y from {low[1]:g} to {high[1]:g} m"
             raise TaskError(f"a goal must lie in the room, {bounds}, not at ({x:g}, {y:g})")
         if not self.obstacles.clearance((x, y)) > 0.0:
-            raise TaskError(f"a goal must lie on free floor; at ({x:g}, {y:g}) something stands in the way")
+            raise TaskError(f"a goal must lie on free floor; at ({x:g}, {y:g}) there is an obstacle")
         self._task.move_goal(self._physics, (x, y))
         return self._stack.replace_goal(self._task.readings.goal_in_robot_frame)
 

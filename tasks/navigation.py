@@ -80,7 +80,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
 
         Args:
             config: its constants.
-            reward: what a step earns.
+            reward: of each step.
             rng: where starts and goals are drawn from.
             held_out: (n, 2) metres, goals of the stored evaluation sets, which no drawn goal comes near.
             rule: draws starts and goals.
@@ -125,7 +125,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
     # State ----------------------------------------------------------------------------------------------------------
 
     def state(self) -> dict[str, Any]:
-        """What the episode's next steps depend on, but for physics and `rng`: plain values and arrays."""
+        """Everything but physics and `rng` that the next steps depend on: plain values and arrays."""
         return {
             "start": list(self.start),
             "next_pair": self._next_pair and [list(part) for part in self._next_pair],

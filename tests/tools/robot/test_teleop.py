@@ -68,10 +68,10 @@ def test_keys_drive_the_robot_and_backspace_resets_it() -> None:
         driven.press(UP)
     for _ in range(round(1.4 / driven.frame)):
         driven.advance()
-    readings = driven.readings()
+    status = driven.status()
     assert 0.4 < driven.physics.pose().x < 0.75
-    assert readings["v"].endswith("asked +0.50")
-    assert readings["crashed"] == "no"
+    assert status["v"].endswith("command +0.50")
+    assert status["crashed"] == "no"
     driven.press(BACKSPACE)
     assert driven.physics.pose().x == 0.0
     assert tuple(driven.teleop.command) == (0.0, 0.0)
@@ -84,12 +84,12 @@ def test_a_crash_is_shown() -> None:
         driven.press(UP)
     for _ in range(round(9.0 / driven.frame)):
         driven.advance()
-    assert driven.readings()["crashed"] == "yes"
+    assert driven.status()["crashed"] == "yes"
 
 
 def test_the_robots_own_scene_begins_in_its_keyframe() -> None:
     driven = TeleopSession(open_scene(ROBOT_SCENE))
-    assert driven.readings()["to the goal"] == "2.00 m"
+    assert driven.status()["to the goal"] == "2.00 m"
 
 
 def test_no_screen_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
