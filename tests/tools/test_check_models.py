@@ -116,7 +116,7 @@ def test_the_program_prints_faults_and_fails(
     monkeypatch.setattr(check_models, "MODELS", models)
     monkeypatch.chdir(models)
     check_models.main([])
-    assert capsys.readouterr().out == "2 model files are in form\n"
+    assert capsys.readouterr().out == "2 model files are well formed\n"
     change(models / "nav_a.xml", "  <include", " <include")
     with pytest.raises(SystemExit, match="1"):
         check_models.main([])
