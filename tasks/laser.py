@@ -54,7 +54,7 @@ class Laser:
         self._read_at = -1.0
 
     def state(self) -> dict[str, Any]:
-        """The stream of its noise, and the scans on their way: plain values and arrays."""
+        """The random stream of the noise and the delayed scans: plain values and arrays."""
         return {"rng": generator_state(self.rng), "waiting": list(self._waiting), "read_at": self._read_at}
 
     def load_state(self, state: Mapping[str, Any]) -> None:

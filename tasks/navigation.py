@@ -99,7 +99,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
 
         Args:
             config: its constants.
-            reward: what a step earns.
+            reward: of each step.
             rng: where starts and goals are drawn from.
             held_out: (n, 2) metres, goals of the stored evaluation sets, which no drawn goal comes near.
             rule: draws starts and goals.
@@ -144,7 +144,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
     # State ----------------------------------------------------------------------------------------------------------
 
     def state(self) -> dict[str, Any]:
-        """What the episode's next steps depend on, but for physics and `rng`: plain values and arrays."""
+        """Everything but physics and `rng` that the next steps depend on: plain values and arrays."""
         return {
             "start": list(self.start),
             "next_pair": self._next_pair and [list(part) for part in self._next_pair],
@@ -166,11 +166,6 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         self.reward_terms = dict(state["reward_terms"])
         self._steps = state["steps"]
         self.laser.load_state(state["laser"])
-
-    @property
-    def is_at_start(self) -> bool:
-        """Whether the episode has not taken a step yet."""
-        return self._steps == 0
 
     # Step ---------------------------------------------------------------------------------------------------------
 

@@ -41,7 +41,7 @@ class Velocity(NamedTuple):
 
 
 class Readings(NamedTuple):
-    """What is known of base and goal at one instant.
+    """Pose, velocity and goal at one instant.
 
     Attributes:
         pose: of the base, world frame.
@@ -127,7 +127,8 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         dm_control's own leaves actuation out. The next step begins with mj_step2, and would miss the wheels' feedback.
         """
         super().after_reset()
-        mujoco.mj_step1(self.model.ptr, self.data.ptr)
+        with self.model.disable("sensor"):  # these are right already
+            mujoco.mj_step1(self.model.ptr, self.data.ptr)
 
     def state(self) -> dict[str, Any]:
         """Everything that the steps to come depend on: plain values and arrays."""

@@ -41,7 +41,7 @@ class TeleopSession:
         self.reset()
 
     def reset(self) -> None:
-        """Back to the start, the first keyframe where there is one."""
+        """Return to the start, which is the first keyframe where there is one."""
         self.teleop.press(BACKSPACE)
         physics = self.physics
         physics.reset(keyframe_id=0 if physics.model.ptr.nkey else None)
@@ -52,22 +52,22 @@ class TeleopSession:
                 physics.set_goal(*goal)
 
     def press(self, key: int) -> None:
-        """Take a key, GLFW's code."""
+        """Handle a key, GLFW's code."""
         self.teleop.press(key)
         if key == BACKSPACE:
             self.reset()
 
     def advance(self, frames: int = 1) -> None:
-        """Some frames of physics at the present command."""
+        """Simulate some frames at the present command."""
         self.physics.set_velocity_command(*self.teleop.command)
         self.physics.step(frames * self._steps)
 
-    def readings(self) -> dict[str, str]:
-        """What the driver wants to know, by name."""
+    def status(self) -> dict[str, str]:
+        """Velocities, commands, distance and contacts as text, by name."""
         command, velocity = self.teleop.command, self.physics.velocity()
         return {
-            "v": f"{velocity.linear:+.2f} m/s, asked {command.linear:+.2f}",
-            "omega": f"{velocity.angular:+.2f} rad/s, asked {command.angular:+.2f}",
+            "v": f"{velocity.linear:+.2f} m/s, command {command.linear:+.2f}",
+            "omega": f"{velocity.angular:+.2f} rad/s, command {command.angular:+.2f}",
             "to the goal": f"{self.physics.goal_distance():.2f} m",
             "crashed": "yes" if self.physics.crashed() else "no",
             "pushed": f"{self.physics.num_pushed()} things",
@@ -86,7 +86,7 @@ def drive(driven: TeleopSession) -> None:
                 while not keys.empty():
                     driven.press(keys.get())
                 driven.advance(frames)
-            show(viewer, driven.readings())
+            show(viewer, driven.status())
             now = data.time
             viewer.sync()
             if data.time < now:  # the viewer's own reset button
@@ -106,10 +106,10 @@ def look(model: mujoco.MjModel) -> None:
             viewer.sync()
 
 
-def show(viewer: Any, readings: dict[str, str]) -> None:
-    """Write readings into the corner of the picture."""
+def show(viewer: Any, status: dict[str, str]) -> None:
+    """Write the status into the corner of the picture."""
     corner = mujoco.mjtGridPos.mjGRID_BOTTOMLEFT
-    viewer.set_texts((None, corner, "\n".join(readings), "\n".join(readings.values())))
+    viewer.set_texts((None, corner, "\n".join(status), "\n".join(status.values())))
 
 
 def main(arguments: Sequence[str]) -> None:

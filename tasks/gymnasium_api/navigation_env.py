@@ -90,7 +90,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
 
     @cached_property
     def obstacles(self) -> Obstacles:
-        """What stands in the robot's way in the room, computed once."""
+        """Obstacles of the room, computed once."""
         return Obstacles.from_model(self._physics.model.ptr)
 
     @property
@@ -116,10 +116,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
             self._set_next_pair(options)
         time_step = self._env.reset()
         self._begun = True
-        return self._stack.reset(time_step.observation), self._info() | self._start_and_goal()
-
-    def _start_and_goal(self) -> dict[str, Any]:
-        return {"start": self._task.start, "goal": self._physics.goal()}
+        return self._stack.reset(time_step.observation), self._info()
 
     def _set_next_pair(self, options: dict[str, Any]) -> None:
         try:
@@ -184,9 +181,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         self._np_random_seed = state["seed"]
         self._begun = state["begun"]
         self._env._reset_next_step, self._env._step_count = state["over"], state["count"]
-        if not self._begun:
-            return self._stack.state(), {}
-        return self._stack.state(), self._info() | (self._start_and_goal() if self._task.is_at_start else {})
+        return self._stack.state(), self._info() if self._begun else {}
 
     def __getstate__(self) -> dict[str, Any]:
         """For pickle and copy.deepcopy: a copy opens a renderer of its own when it first draws."""
@@ -220,7 +215,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
             bounds = f"x from {low[0]:g} to {high[0]:g} m and y from {low[1]:g} to {high[1]:g} m"
             raise TaskError(f"a goal must lie in the room, {bounds}, not at ({x:g}, {y:g})")
         if not self.obstacles.clearance((x, y)) > 0.0:
-            raise TaskError(f"a goal must lie on free floor; at ({x:g}, {y:g}) something stands in the way")
+            raise TaskError(f"a goal must lie on free floor; at ({x:g}, {y:g}) there is an obstacle")
         self._task.move_goal(self._physics, (x, y))
         return self._stack.replace_goal(self._task.readings.goal_in_robot_frame)
 
@@ -234,6 +229,8 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
             "reward_terms": terms,
             "dense_reward": dense_part(terms) if terms else 0.0,
         }
+        if not terms:  # at the beginning
+            info |= {"start": task.start, "goal": self._physics.goal()}
         if task.outcome is not Outcome.RUNNING:
             info["outcome"] = str(task.outcome)
         return info

@@ -20,8 +20,7 @@ IntArray = npt.NDArray[np.intp]
 _SIDES = 32  # of the polyhedra around round geoms
 
 _BOX = mujoco.mjtGeom.mjGEOM_BOX
-_SPHERE = mujoco.mjtGeom.mjGEOM_SPHERE
-_CAPSULE = mujoco.mjtGeom.mjGEOM_CAPSULE
+_CAPSULES = (mujoco.mjtGeom.mjGEOM_CAPSULE, mujoco.mjtGeom.mjGEOM_SPHERE)  # a sphere's size[1] is 0
 _ELLIPSOID = mujoco.mjtGeom.mjGEOM_ELLIPSOID
 _CYLINDER = mujoco.mjtGeom.mjGEOM_CYLINDER
 _MESH = mujoco.mjtGeom.mjGEOM_MESH
@@ -50,36 +49,33 @@ def extent(
 
 def _local_reach(model: mujoco.MjModel, geom: int, local: FloatArray) -> float:
     """The same in the geom's own frame."""
-    size = model.geom_size[geom]
-    match mujoco.mjtGeom(int(model.geom_type[geom])):
-        case mujoco.mjtGeom.mjGEOM_SPHERE:
-            return float(size[0])
-        case mujoco.mjtGeom.mjGEOM_CAPSULE:
-            return float(size[0] + size[1] * abs(local[2]))
-        case mujoco.mjtGeom.mjGEOM_CYLINDER:
-            return float(size[0] * np.hypot(local[0], local[1]) + size[1] * abs(local[2]))
-        case mujoco.mjtGeom.mjGEOM_ELLIPSOID:
-            return float(np.linalg.norm(size * local))
-        case mujoco.mjtGeom.mjGEOM_MESH:
-            return float(np.max(_mesh_vertices(model, geom) @ local))
+    kind, size = model.geom_type[geom], model.geom_size[geom]
+    if kind in _CAPSULES:
+        return float(size[0] + size[1] * abs(local[2]))
+    if kind == _CYLINDER:
+        return float(size[0] * np.hypot(local[0], local[1]) + size[1] * abs(local[2]))
+    if kind == _ELLIPSOID:
+        return float(np.linalg.norm(size * local))
+    if kind == _MESH:
+        return float(np.max(_mesh_vertices(model, geom) @ local))
     centre, half = _bounding_box(model, geom)
     return float(centre @ local + half @ np.abs(local))
 
 
 def polyhedron(model: mujoco.MjModel, geom: int) -> Polyhedron:
     """A polyhedron around a geom, in the geom's frame: round ones up to 1 % too large, never too small."""
-    kind, size = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom]
+    kind, size = model.geom_type[geom], model.geom_size[geom]
     if kind == _MESH:
         return _hull(_mesh_vertices(model, geom))
     if kind == _CYLINDER:
         prism = _prism()
         return Polyhedron(prism.corners * [size[0], size[0], size[1]], prism.edges)
-    if kind in (_SPHERE, _CAPSULE, _ELLIPSOID):
-        ball = _ball()
-        corners = ball.corners * (size if kind == _ELLIPSOID else size[0])
-        if kind == _CAPSULE:
-            corners[:, 2] += np.sign(ball.corners[:, 2]) * size[1]
-        return Polyhedron(corners, ball.edges)
+    ball = _ball()
+    if kind == _ELLIPSOID:
+        return Polyhedron(ball.corners * size, ball.edges)
+    if kind in _CAPSULES:
+        shift = np.sign(ball.corners[:, 2:]) * [0.0, 0.0, size[1]]
+        return Polyhedron(ball.corners * size[0] + shift, ball.edges)
     centre, half = _bounding_box(model, geom)
     return Polyhedron(_cube().corners * half + centre, _cube().edges)
 

@@ -1,7 +1,7 @@
 """Outlines of a model's geoms on the floor within a range of heights, as convex polygons.
 
-MuJoCo's geoms are convex, and so is what a slab of heights cuts out of them: its shadow on the floor is the hull of the
-shadows of a few points.
+MuJoCo's geoms are convex, and so is their part between two heights: its outline on the floor is the hull of a few
+projected points.
 """
 
 import mujoco

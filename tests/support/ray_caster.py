@@ -1,4 +1,4 @@
-"""Rays against boxes, cylinders, spheres and the floor by analysis: what the laser is held against."""
+"""Analytic rays against boxes, cylinders, spheres and the floor: the reference of the laser's tests."""
 
 import mujoco
 import numpy as np
@@ -63,7 +63,7 @@ def _sphere(start: F64, along: F64, size: F64) -> F64:
 
 
 def _ellipsoid(start: F64, along: F64, size: F64) -> F64:
-    """A sphere in a space that is stretched: lengths along the ray stay what they are."""
+    """A sphere in a scaled space."""
     scaled = along / size
     speed = np.linalg.norm(scaled, axis=1)
     found: F64 = _sphere(start / size, scaled / speed[:, None], np.ones(3)) / speed

@@ -1,4 +1,4 @@
-"""Small rooms made for a test, and an independent reckoning of where a robot fits in a room."""
+"""Small rooms for tests, and free space and shortest paths by Shapely, independent of the tasks' code."""
 
 from itertools import product
 from typing import Any
@@ -21,7 +21,7 @@ WALLS = """
 
 
 def room(things: str = "", walls: str = WALLS, assets: str = "") -> mujoco.MjModel:
-    """A room of 6 x 6 m with the robot at the origin and whatever else, MJCF, stands in it."""
+    """A room of 6 x 6 m with the robot at the origin and `things`, MJCF."""
     return mujoco.MjModel.from_xml_string(
         f'<mujoco><include file="{MODELS}/rooms/common.xml"/><include file="{MODELS}/pioneer/pioneer.xml"/>'
         f"<asset>{assets}</asset><worldbody>{walls}{things}</worldbody></mujoco>"
@@ -29,7 +29,7 @@ def room(things: str = "", walls: str = WALLS, assets: str = "") -> mujoco.MjMod
 
 
 def free_pieces(model: mujoco.MjModel, radius: float, low: float = 0.001, high: float = 0.307) -> list[shapely.Polygon]:
-    """Pieces of the floor that a disk's centre can move in: Shapely's reckoning, which shares no code with ours.
+    """Pieces of the floor in which a disk's centre can move, by Shapely.
 
     Disks are taken as polygons within them, so that the pieces are up to a few millimetres too large.
     """
@@ -50,7 +50,7 @@ def free_pieces(model: mujoco.MjModel, radius: float, low: float = 0.001, high: 
 
 
 def _shadow(model: Any, data: Any, geom: int, low: float, high: float) -> Any:
-    """Of boxes that stand in any way, and of upright cylinders."""
+    """The shadow of a box, or of an upright cylinder."""
     kind, size = model.geom_type[geom], model.geom_size[geom]
     position, rotation = data.geom_xpos[geom], data.geom_xmat[geom].reshape(3, 3)
     if kind == mujoco.mjtGeom.mjGEOM_BOX:
@@ -65,11 +65,11 @@ def _shadow(model: Any, data: Any, geom: int, low: float, high: float) -> Any:
 
 
 class VisibilityGraph:
-    """Exact shortest paths in a polygon with holes: they bend at its corners alone."""
+    """Exact shortest paths in a polygon with holes: they bend only at its corners."""
 
     def __init__(self, piece: shapely.Polygon, longest: float) -> None:
         """Join the corners that see each other, up to `longest` metres apart."""
-        # A hair's breadth of slack: ways along an edge lie in the polygon.
+        # A small slack, so that paths along an edge lie in the polygon.
         self._room = piece.buffer(1e-6)
         shapely.prepare(self._room)
         self._longest = longest
@@ -96,7 +96,7 @@ class VisibilityGraph:
 
 
 def _bends(piece: shapely.Polygon) -> list[npt.NDArray[np.float64]]:
-    """The corners round which a shortest path may bend: where free space takes up more than 180 degrees."""
+    """The corners at which a shortest path may bend: those with more than 180 degrees of free space."""
     # Outer ring counter-clockwise, holes clockwise: free space lies to the left, such corners turn right.
     piece = orient(piece)
     bends = []

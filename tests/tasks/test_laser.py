@@ -1,4 +1,4 @@
-"""The laser against an analytic ray caster, and what a real one does to a scan."""
+"""The laser against an analytic ray caster, and its noise, dropout and latency."""
 
 import math
 from typing import Any
@@ -55,7 +55,7 @@ def test_every_beam_is_the_analytic_one(name: str) -> None:
 
 @pytest.mark.parametrize("name", tasks.ALL_TASKS)
 def test_no_beam_and_no_sonar_sees_the_robot(name: str) -> None:
-    """With the room taken away there is nothing left to see."""
+    """Without the room every ray must miss."""
     physics = open_scene(scene_path(name))
     model = physics.model.ptr
     in_room = model.body_rootid[model.geom_bodyid] != model.body("base").id
@@ -100,7 +100,7 @@ def observations(config: tasks.LaserConfig, seed: int = 0, steps: int = 8) -> tu
     return np.array(seen), states
 
 
-def test_noise_is_seeded_and_as_large_as_the_data_sheet_has_it() -> None:
+def test_noise_is_seeded_and_as_large_as_in_the_data_sheet() -> None:
     clean, _ = observations(tasks.LaserConfig(), steps=100)
     noisy, states = observations(tasks.LaserConfig(noise=1.0), steps=100)
     again, same_states = observations(tasks.LaserConfig(noise=1.0), steps=100)

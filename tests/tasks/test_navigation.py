@@ -42,7 +42,7 @@ def test_crashing_ends_the_episode_with_the_penalty() -> None:
     assert (terminated, truncated, info["outcome"], reward) == (True, False, "crashed", -5.0)
 
 
-def test_two_hundred_steps_are_a_time_limit_and_no_end() -> None:
+def test_two_hundred_steps_truncate_the_episode() -> None:
     results = drive(make(), (0.0, 0.0), (3.0, 0.0))
     assert len(results) == 200
     assert (results[-1][2], results[-1][3], results[-1][4]["outcome"]) == (False, True, "timeout")
@@ -52,7 +52,7 @@ def test_two_hundred_steps_are_a_time_limit_and_no_end() -> None:
     assert [step.discount for step in steps[1:-1]] == [1.0] * 4
 
 
-def test_an_end_in_the_very_last_step_is_an_end() -> None:
+def test_a_goal_reached_in_the_last_step_terminates() -> None:
     steps = len(drive(make(), (0.5, 0.0), (2.5, 0.0)))
     results = drive(make(config=NavigationConfig(time_limit_steps=steps)), (0.5, 0.0), (2.5, 0.0))
     assert (results[-1][2], results[-1][3], results[-1][4]["outcome"]) == (True, False, "reached")
@@ -139,7 +139,7 @@ def test_a_wrong_camera_lists_the_right_ones() -> None:
     environment.close()
 
 
-def test_a_reset_forgets_the_crash_and_what_was_pushed() -> None:
+def test_a_reset_clears_crash_and_pushed_things() -> None:
     environment = gymnasium.make("asddpg/NavGazebo-v0")
     pushed, outcome = 0, None
     # The small carton stands at (0.35, -2.1): drive at it from 1 m off.
@@ -169,7 +169,7 @@ def test_constants_out_of_range(values: dict[str, float], sentence: str) -> None
         tasks.NavigationConfig(**values)  # type: ignore[arg-type]
 
 
-# Another goal in the middle of an episode ---------------------------------------------------------------------------
+# Another goal in mid-episode ---------------------------------------------------------------------------
 
 
 def test_a_moved_goal_is_seen_and_rewarded_at_once_and_moves_nothing_else() -> None:
@@ -198,7 +198,7 @@ def test_a_moved_goal_is_seen_and_rewarded_at_once_and_moves_nothing_else() -> N
     ("goal", "sentence"),
     [((9.0, 0.0), "in the room"), ((np.nan, 0.0), "in the room"), ((0.0, 2.0), "free floor")],
 )
-def test_a_goal_cannot_be_moved_anywhere(goal: tuple[float, float], sentence: str) -> None:
+def test_a_goal_outside_free_space_is_refused(goal: tuple[float, float], sentence: str) -> None:
     env = NavigationEnv("nav_complex")
     with pytest.raises(TaskError, match="no episode"):
         env.set_goal(0.0, 0.0)

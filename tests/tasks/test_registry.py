@@ -1,4 +1,4 @@
-"""Ten things every registered task must do; a new task gets them for free."""
+"""Properties of every registered task; a new task is tested by its registration."""
 
 import itertools
 from typing import Any
@@ -73,7 +73,7 @@ def test_no_observation_is_constant(name: str) -> None:
 
 
 @EVERY_TASK
-def test_every_element_of_the_scene_is_named_and_three_cameras_look_on(name: str) -> None:
+def test_every_element_of_the_scene_is_named_and_it_has_three_cameras(name: str) -> None:
     model = tasks.load(name, random=0).physics.model.ptr
     for kind in ("body", "geom", "jnt", "site", "sensor", "cam"):
         count = getattr(model, "n" + kind)
@@ -106,7 +106,7 @@ def test_the_rooms_of_the_paper_keep_the_rule_of_the_released_code(name: str) ->
 
 
 @pytest.mark.parametrize("name", PAPER_ROOMS)
-def test_the_rooms_of_the_paper_draw_the_goals_they_always_drew(name: str) -> None:
+def test_the_rooms_of_the_paper_draw_the_same_goals_in_every_version(name: str) -> None:
     """Runs by seed of earlier versions can be repeated only if not a bit of a draw changes."""
     environment = tasks.load(name, random=7)
     goals = []
@@ -129,7 +129,7 @@ def test_stored_sets_have_their_sizes_and_a_path_to_every_goal(name: str) -> Non
 
 
 @EVERY_TASK
-def test_gymnasium_checker_has_nothing_to_say(name: str) -> None:
+def test_gymnasiums_checker_finds_no_fault(name: str) -> None:
     environment = gymnasium.make(tasks.gymnasium_id(name), render_mode="rgb_array")
     check_env(environment.unwrapped)
     environment.close()

@@ -32,7 +32,7 @@ def make(name: str, laser: str = "perfect", **options: Any) -> Any:
 
 
 def drive(environment: Any, steps: int, seed: int = 0, is_begun: bool = True) -> list[Any]:
-    """Random commands; what they gave and the state of physics, to the last bit. It resets where an episode is over."""
+    """Random commands; the results and the state of physics. It resets after an episode."""
     rng, physics, results = np.random.default_rng(seed), environment.unwrapped.physics, []
     for _ in range(steps):
         if is_begun:

@@ -57,8 +57,8 @@ def test_good_models_have_no_faults(models: Path) -> None:
     ("old", "new", "line", "sentence"),
     [
         ("</worldbody>", "</worldbodies>", 9, "this is not XML"),
-        ("    <body", "   <body", 5, "stands in column 3; its depth wants 4"),
-        ("    </body", "      </body", 8, "stands in column 6; its depth wants 4"),
+        ("    <body", "   <body", 5, "stands in column 3; its depth requires 4"),
+        ("    </body", "      </body", 8, "stands in column 6; its depth requires 4"),
         ('size="1"', 'size="1"' + 100 * " " + 'mass="1"', 7, "columns; 120 are allowed"),
         ('geom name="ball"', 'geom\tname="ball"', 7, "has a tab"),
         ("<worldbody>", "<worldbody> ", 2, "trailing blanks"),
@@ -116,7 +116,7 @@ def test_the_program_prints_faults_and_fails(
     monkeypatch.setattr(check_models, "MODELS", models)
     monkeypatch.chdir(models)
     check_models.main([])
-    assert capsys.readouterr().out == "2 model files are in form\n"
+    assert capsys.readouterr().out == "2 model files are well formed\n"
     change(models / "nav_a.xml", "  <include", " <include")
     with pytest.raises(SystemExit, match="1"):
         check_models.main([])

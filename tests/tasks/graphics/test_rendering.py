@@ -1,4 +1,4 @@
-"""Pictures: what they need, what is said where it is missing, and where things are on them."""
+"""Pictures: the graphics library, the errors without one, and no effect on the simulation."""
 
 import os
 import subprocess
@@ -42,12 +42,12 @@ def test_without_graphics_libraries_all_but_pictures_works(tmp_path: Path) -> No
 from asddpg import evaluate, train
 from tasks.errors import TaskError
 
-words = ["agent=controller", "task=nav_empty", "episodes=1", "record.every=1"]
-evaluate.main(words)
-words = ["task=nav_empty", "total_steps=30", "test_episodes=0", "validation.every=0", "record.every=1"]
-train.main([*words, "run_dir=with"])
+arguments = ["agent=controller", "task=nav_empty", "episodes=1", "record.every=1"]
+evaluate.main(arguments)
+arguments = ["task=nav_empty", "total_steps=30", "test_episodes=0", "validation.every=0", "record.every=1"]
+train.main([*arguments, "run_dir=with"])
 try:
-    train.main([*words, "record.cameras=[chase]", "run_dir=without"])
+    train.main([*arguments, "record.cameras=[chase]", "run_dir=without"])
 except TaskError as error:
     print("SENTENCE", error)
 """
@@ -70,7 +70,7 @@ except TaskError as error:
         assert "libEGL or libGL is missing" in sentence
         assert list(folder.glob("evaluated_episodes/*.mcap"))
         assert list(folder.glob("with/episodes/*.mcap"))
-        assert not (folder / "without").exists()  # said before anything began
+        assert not (folder / "without").exists()  # refused before anything was written
 
 
 def fake(name: str, monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, int]]:
@@ -96,7 +96,7 @@ def use(modules: dict[str, str], asked_for: str | None, monkeypatch: pytest.Monk
     monkeypatch.setenv("MUJOCO_GL", asked_for or "")
 
 
-def test_osmesa_stands_in_where_egl_is_not_to_be_had(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_osmesa_replaces_egl_where_egl_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     made = fake("fake_osmesa", monkeypatch)
     use({"osmesa": "fake_osmesa"}, None, monkeypatch)
     gl_context.open_context(64, 48)
@@ -104,7 +104,7 @@ def test_osmesa_stands_in_where_egl_is_not_to_be_had(monkeypatch: pytest.MonkeyP
     assert os.environ["MUJOCO_GL"] == "osmesa"  # for MuJoCo's library, and for renderers to come
 
 
-def test_what_mujoco_gl_asks_for_is_kept_to(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_backend_in_mujoco_gl_has_no_substitute(monkeypatch: pytest.MonkeyPatch) -> None:
     made = fake("fake_osmesa", monkeypatch)
     use({"osmesa": "fake_osmesa"}, "egl", monkeypatch)
     with pytest.raises(TaskError, match=r"egl does not work \(No module named 'no_egl'\).*libegl1 libgl1"):
@@ -112,7 +112,7 @@ def test_what_mujoco_gl_asks_for_is_kept_to(monkeypatch: pytest.MonkeyPatch) -> 
     assert made == []
 
 
-def test_with_neither_the_sentence_is_egl_s(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_without_egl_and_osmesa_the_error_is_egls(monkeypatch: pytest.MonkeyPatch) -> None:
     use({}, None, monkeypatch)
     with pytest.raises(TaskError, match="egl does not work.*libegl1 libgl1"):
         gl_context.open_context(64, 48)
@@ -125,7 +125,7 @@ def test_a_name_that_renders_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
         gl_context.open_context(64, 48)
 
 
-def test_a_library_that_lacks_functions_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_library_that_lacks_functions_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
     def lacking(*_: object) -> None:
         raise mujoco.FatalError("OpenGL version 1.5 or higher required")
 
@@ -162,5 +162,4 @@ def test_pictures_change_nothing_in_the_simulation() -> None:
                 renderer.render(physics.data.ptr, "onboard")
         renderer.close()
         states.append(np.concatenate((physics.data.ptr.qpos, physics.data.ptr.qvel, physics.data.ptr.sensordata)))
-    alone, navigation_env = states
-    assert np.array_equal(alone, navigation_env)
+    assert np.array_equal(states[0], states[1])

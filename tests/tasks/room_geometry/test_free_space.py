@@ -24,7 +24,7 @@ from tasks.room_geometry.start_goal import MARGIN, FreeSpaceRule
 from tasks.scene.loading import open_scene, scene_path
 from tests.support.small_rooms import WALLS, VisibilityGraph, free_pieces, room
 
-NOBODY = np.zeros((0, 2))
+NO_GOALS = np.zeros((0, 2))
 ROOMS = ("nav_gazebo", "nav_office")
 RADIUS = 0.2722  # m: the deck's rear end, from the axis between the wheels
 
@@ -40,7 +40,7 @@ def gap(width: float) -> str:
 
 def drawn(model: mujoco.MjModel, count: int = 300, **bounds: float) -> tuple[list[Pose], Any]:
     rule, rng = FreeSpaceRule(model, **bounds), np.random.default_rng(0)
-    pairs = [rule.draw(rng, NOBODY) for _ in range(count)]
+    pairs = [rule.draw(rng, NO_GOALS) for _ in range(count)]
     return [start for start, _ in pairs], np.array([goal for _, goal in pairs])
 
 
@@ -87,7 +87,7 @@ def test_the_footprint_does_not_depend_on_where_the_robot_stands() -> None:
         ('type="plane" pos="2 0 0" size="1 1 0.1" zaxis="-1 0 0"', 2.0),
     ],
 )
-def test_every_shape_is_as_far_as_it_is(thing: str, distance: float) -> None:
+def test_the_clearance_from_every_shape_is_the_analytic_one(thing: str, distance: float) -> None:
     tetrahedron = '<mesh name="tetrahedron" vertex="-0.5 0 0  0.5 -0.5 0  0.5 0.5 0  0 0 1"/>'
     things = f'<geom name="thing" {thing}/>'
     clearance = obstacles(things, tetrahedron).clearance([0.0, 0.0])
@@ -104,11 +104,11 @@ def test_every_shape_is_as_far_as_it_is(thing: str, distance: float) -> None:
         'type="plane" pos="0 0 3" size="5 5 0.1" zaxis="0 0 -1"',
     ],
 )
-def test_what_is_above_below_or_without_contact_is_no_obstacle(thing: str) -> None:
+def test_geoms_above_below_or_without_contact_are_no_obstacles(thing: str) -> None:
     np.testing.assert_allclose(obstacles(f'<geom name="thing" {thing}/>').clearance([1.0, 0.0]), 2.0)
 
 
-def test_under_a_table_there_is_room_between_the_legs() -> None:
+def test_under_a_table_the_floor_between_the_legs_is_free() -> None:
     legs = "".join(
         f'<geom name="leg{i}" type="cylinder" pos="{x} {y} 0.35" size="0.02 0.35"/>'
         for i, (x, y) in enumerate([(1, 1), (1, -1), (-1, 1), (-1, -1)])
@@ -118,7 +118,7 @@ def test_under_a_table_there_is_room_between_the_legs() -> None:
     assert table.clearance([1.0, 1.0]) == 0.0
 
 
-def test_what_may_be_pushed_stands_in_the_way_where_it_stands() -> None:
+def test_movable_things_are_obstacles() -> None:
     geom = '<geom name="box" class="movable" size="0.2 0.2 0.2"/>'
     box = f'<body name="box" pos="1 1 0.2"><freejoint name="box"/>{geom}</body>'
     assert obstacles(box).clearance([1.0, 0.0]) == pytest.approx(0.8)
@@ -141,7 +141,7 @@ def test_a_closed_chamber_is_never_drawn_from_even_if_the_robot_stands_in_no_fre
     assert goals[:, 1].max() < 0.7
 
 
-def test_the_robot_is_at_home_where_the_file_puts_it() -> None:
+def test_episodes_take_place_around_the_robots_position_in_the_file() -> None:
     # A wall through the room, off the middle: the robot stands in the smaller part.
     wall = '<geom name="wall" type="box" pos="-0.8 0 0.25" size="0.05 3.1 0.25"/>'
     mirrored = wall.replace("-0.8", "0.8")
@@ -173,7 +173,7 @@ def test_the_grid_follows_the_room_and_planes_are_walls() -> None:
     assert np.ptp(goals, axis=0).min() > 6.5
 
 
-def test_starts_head_everywhere_and_fill_the_room() -> None:
+def test_starts_have_all_headings_and_fill_the_room() -> None:
     starts, goals = drawn(room(), count=2000)
     for points in (goals, np.array([start[:2] for start in starts])):
         counts, _ = np.histogramdd(points, bins=4, range=[(-2.7, 2.7)] * 2)
@@ -210,7 +210,7 @@ def test_a_full_room_and_bounds_beyond_the_room_are_refused() -> None:
         rule.draw(np.random.default_rng(0), everywhere)
 
 
-def test_environments_of_one_room_share_the_work() -> None:
+def test_environments_of_one_room_share_their_free_space() -> None:
     first, second = (FreeSpaceRule(room(gap(0.9)), 1.0, path) for path in (4.0, 5.0))
     assert first.free is second.free
     assert isinstance(first.free, FreeSpace)
@@ -266,7 +266,7 @@ def test_at_a_drawn_start_the_robot_can_turn_right_round(name: str) -> None:
     physics = Physics.from_xml_path(str(scene_path(name)))
     rule, rng = make_rule(name, physics.model.ptr), np.random.default_rng(4)
     for _ in range(50):
-        start, _ = rule.draw(rng, NOBODY)
+        start, _ = rule.draw(rng, NO_GOALS)
         assert not any(touches(physics, start._replace(yaw=yaw)) for yaw in np.arange(0.0, 2 * pi, pi / 18).tolist())
 
 
@@ -291,7 +291,7 @@ def test_a_thousand_drawn_pairs_are_planned_by_a_visibility_graph_within_the_bou
     min_path, max_path = {"nav_gazebo": (1.5, 8.0), "nav_office": (3.0, 8.0)}[name]
     graph = VisibilityGraph(max(free_pieces(model, RADIUS + MARGIN), key=lambda piece: piece.area), max_path)
     for _ in range(1000):
-        start, goal = rule.draw(rng, NOBODY)
+        start, goal = rule.draw(rng, NO_GOALS)
         assert min_path - 0.1 <= graph.length(start[:2], goal) <= max_path
 
 

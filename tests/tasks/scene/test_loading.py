@@ -1,4 +1,4 @@
-"""A bad scene file is one sentence that names the file, the element and what is expected."""
+"""A bad scene file gives one sentence that names the file, the element and the valid value."""
 
 import re
 from pathlib import Path
@@ -28,7 +28,7 @@ WHOLE = """<mujoco>
 
 
 def sentence(path: Path, xml: str | None = None) -> str:
-    """What opening a scene says."""
+    """The error that opening a scene raises."""
     if xml is not None:
         path.write_text(xml)
     with pytest.raises(TaskError) as caught:
@@ -48,7 +48,7 @@ def test_the_least_scene_with_a_robot_opens(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("name", tasks.ALL_TASKS)
-def test_the_scenes_of_the_tasks_open_and_are_the_same_model_as_ever(name: str) -> None:
+def test_the_scenes_of_the_tasks_open_and_compile_to_the_same_model(name: str) -> None:
     physics = open_scene(scene_path(name), TASK_CAMERAS)
     assert find_missing_elements(physics.model.ptr, TASK_CAMERAS) == []
     assert model_hash(physics.model.ptr) == model_hash(Physics.from_xml_path(str(scene_path(name))).model.ptr)
@@ -69,21 +69,21 @@ def test_no_such_file(tmp_path: Path) -> None:
         ("<mujoco>\n<include file='nix.xml'/></mujoco>", "opening file 'nix.xml', Element 'include', line 2"),
     ],
 )
-def test_what_mujoco_cannot_read_keeps_line_and_element(tmp_path: Path, xml: str, expected: str) -> None:
+def test_mujocos_error_keeps_line_and_element(tmp_path: Path, xml: str, expected: str) -> None:
     assert re.search(expected, sentence(tmp_path / "bad.xml", xml))
 
 
-def test_a_mistake_in_an_included_file_says_so(tmp_path: Path) -> None:
+def test_an_error_in_an_included_file_is_located_there(tmp_path: Path) -> None:
     (tmp_path / "room.xml").write_text("<mujoco>\n<worldbody>\n<joom/>\n</worldbody></mujoco>")
     xml = "<mujoco><include file='room.xml'/></mujoco>"
     assert "Element 'joom', in a file it includes" in sentence(tmp_path / "bad.xml", xml)
 
 
 @pytest.mark.parametrize("timestep", ["0", "-0.01", "nan", "5"])
-def test_a_timestep_that_makes_no_sense(tmp_path: Path, timestep: str) -> None:
+def test_a_timestep_out_of_range(tmp_path: Path, timestep: str) -> None:
     xml = WHOLE.replace("<mujoco>", f'<mujoco><option timestep="{timestep}"/>')
-    wanted = "it must be above 0 s and at most 0.02 s"
-    expected = f"the scene FILE has the timestep {float(timestep):g} in its option element, but {wanted}"
+    required = "it must be above 0 s and at most 0.02 s"
+    expected = f"the scene FILE has the timestep {float(timestep):g} in its option element, but {required}"
     assert sentence(tmp_path / "bad.xml", xml) == expected
 
 
@@ -121,7 +121,7 @@ def test_an_element_that_is_missing(tmp_path: Path, old: str, new: str, missing:
     assert "pioneer/pioneer.xml brings the robot" in message
 
 
-def test_what_the_physics_finds_names_the_file_too(tmp_path: Path) -> None:
+def test_errors_of_physics_name_the_file(tmp_path: Path) -> None:
     between = f'{BEAMS}<gyro name="gyro" site="ray"/>{BEAMS.replace("00", "01")}'
     assert "one after the other" in sentence(tmp_path / "bad.xml", WHOLE.replace(BEAMS, between))
 
@@ -132,7 +132,7 @@ def test_a_scene_without_a_robot_is_still_a_model(tmp_path: Path) -> None:
     assert load_model(path).ngeom == 1
 
 
-def test_loading_a_task_with_a_broken_scene_says_so(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_task_with_a_missing_scene_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(registry, "scene_path", lambda _: tmp_path / "none.xml")
     with pytest.raises(TaskError, match=r"there is no scene file .*none\.xml"):
         tasks.load("nav_empty")

@@ -1,4 +1,4 @@
-"""The words of the picture tool, and that it draws what they ask for."""
+"""The picture tool: its arguments and its pictures."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from tools import picture
 from tools.picture import Wish, wish
 
 
-def test_words_and_their_defaults() -> None:
+def test_arguments_and_their_defaults() -> None:
     whole = Wish("nav_empty", "free", Path("nav_empty_free.png"), 1280, 800, True)
     assert wish(["nav_empty"]) == whole
     assert wish(["pioneer"]).camera == "portrait"
@@ -33,7 +33,7 @@ def test_words_and_their_defaults() -> None:
         (["nav_empty", "top", "here.txt"], r"must end in \.png or \.jpg, not 'here\.txt'"),
     ],
 )
-def test_wrong_words_are_one_sentence(arguments: list[str], expected: str) -> None:
+def test_invalid_arguments_are_one_sentence(arguments: list[str], expected: str) -> None:
     with pytest.raises(UserError, match=expected):
         wish(arguments)
 

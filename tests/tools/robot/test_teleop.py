@@ -17,7 +17,7 @@ from tools.robot.teleop_keys import ANGULAR_STEP, BACKSPACE, DOWN, LEFT, LINEAR_
 from tools.teleop import TeleopSession
 
 
-def drive_of(task: str) -> TeleopSession:
+def start_session(task: str) -> TeleopSession:
     physics = open_scene(scene_file(task))
     return TeleopSession(physics, make_rule(task, physics.model.ptr))
 
@@ -60,18 +60,18 @@ def test_commands_stay_within_the_limits_and_come_back_to_rest(key: int, back: i
     assert presses in (5, 6)
 
 
-def test_keys_drive_the_robot_and_backspace_brings_it_back() -> None:
-    driven = drive_of("nav_complex")
+def test_keys_drive_the_robot_and_backspace_resets_it() -> None:
+    driven = start_session("nav_complex")
     goal = driven.physics.goal()
     assert driven.frame <= 0.2
     for _ in range(5):
         driven.press(UP)
     for _ in range(round(1.4 / driven.frame)):
         driven.advance()
-    readings = driven.readings()
+    status = driven.status()
     assert 0.4 < driven.physics.pose().x < 0.75
-    assert readings["v"].endswith("asked +0.50")
-    assert readings["crashed"] == "no"
+    assert status["v"].endswith("command +0.50")
+    assert status["crashed"] == "no"
     driven.press(BACKSPACE)
     assert driven.physics.pose().x == 0.0
     assert tuple(driven.teleop.command) == (0.0, 0.0)
@@ -79,17 +79,17 @@ def test_keys_drive_the_robot_and_backspace_brings_it_back() -> None:
 
 
 def test_a_crash_is_shown() -> None:
-    driven = drive_of("nav_empty")
+    driven = start_session("nav_empty")
     for _ in range(5):
         driven.press(UP)
     for _ in range(round(9.0 / driven.frame)):
         driven.advance()
-    assert driven.readings()["crashed"] == "yes"
+    assert driven.status()["crashed"] == "yes"
 
 
 def test_the_robots_own_scene_begins_in_its_keyframe() -> None:
     driven = TeleopSession(open_scene(ROBOT_SCENE))
-    assert driven.readings()["to the goal"] == "2.00 m"
+    assert driven.status()["to the goal"] == "2.00 m"
 
 
 def test_no_screen_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -112,13 +112,13 @@ def test_a_scene_without_the_robot_is_shown_only(
     assert "lacks the body 'base': it has no Pioneer to drive" in capsys.readouterr().out
 
 
-def test_wrong_words() -> None:
+def test_invalid_arguments() -> None:
     for arguments in ([], ["nav_empty", "nav_simple"]):
         with pytest.raises(UserError, match="name one scene: nav_empty"):
             teleop.main(arguments)
 
 
-def test_the_pace_catches_up_and_lets_long_delays_go(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_clock_catches_up_and_skips_long_delays(monkeypatch: pytest.MonkeyPatch) -> None:
     now = [10.0]
 
     def sleep(seconds: float) -> None:
