@@ -63,7 +63,7 @@ def test_where_there_is_nothing_to_measure(tmp_path: Path) -> None:
     }  # fmt: skip
 
 
-def test_what_the_switch_prefers_is_counted_in_the_last_tenth_whoever_drove(tmp_path: Path) -> None:
+def test_what_the_switch_prefers_is_counted_in_the_last_tenth_whichever_drove(tmp_path: Path) -> None:
     last = [1.0] * 30 + [-1.0] * 60 + [0.0] * 10
     assert metrics(tmp_path / "a", prefers=[1.0] * 900 + last)["switch_prefers"] == 0.3
     assert metrics(tmp_path / "b", prefers=[1.0] * 900)["switch_prefers"] is None
