@@ -113,7 +113,7 @@ def main(arguments: Sequence[str]) -> None:
     if options.margin is not None:
         first = {name: replace(group, seeds=group.seeds[:1]) for name, group in grid.items()}
         if not options.verb and first != grid:
-            train(store.missing(first), FOLDER)  # what fails here is tried again below, and told there
+            train(store.missing(first), FOLDER)  # a run that fails here is tried again below
         grid = screen(grid, store.results(grid), options.margin)
     title, legend = f"{shlex.join(options.arguments)}, {options.steps} steps", _describe_factors(options.factors)
     run_grid(options.verb, grid, store, lambda results: f"{ablation_table(title, grid, results)}\n\n{legend}")

@@ -5,7 +5,6 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -71,20 +70,18 @@ def read_metrics(run: RunFolder, config: TrainConfig) -> Metrics:
         UserError: one of them is damaged or not there.
     """
     try:
-        episodes = _read_rows(run.metrics)
-        # A short run may end before the first validation falls due.
-        validations = _read_rows(run.validation) if run.validation.exists() else []
         resources = json.loads(run.resources.read_text(encoding="utf-8"))
         seconds = resources["training_seconds"]
-        return {
-            "success_training": _success_rate(episodes),
-            **_test_rates(run.test, config),
-            **_controller_shares(episodes, config),
-            "switch_prefers": _switch_preference(run.steps, config.total_steps),
-            **_stability([float(row["success_rate"]) for row in validations]),
-            "steps_per_second": config.total_steps / seconds if seconds else None,
-            "memory_mb": resources["peak_memory_mb"],
-        }
+        return (
+            dict.fromkeys(METRICS)
+            | _training_metrics(_read_rows(run.metrics), config)
+            | (_test_metrics(run.test) if config.test_episodes else {})
+            # A short run may end before the first validation falls due.
+            | (_validation_metrics(_read_rows(run.validation)) if run.validation.exists() else {})
+            | {"switch_prefers": _switch_preference(run.steps, config) if run.steps.exists() else None}
+            | {"steps_per_second": config.total_steps / seconds if seconds else None}
+            | {"memory_mb": resources["peak_memory_mb"]}
+        )
     except (OSError, EOFError, ValueError, KeyError, TypeError, BadZipFile) as error:
         raise UserError(f"{run.path} lacks a metric; remove it to train it again") from error
 
@@ -94,50 +91,42 @@ def _read_rows(path: Path) -> list[dict[str, str]]:
         return list(csv.DictReader(file))
 
 
-def _success_rate(episodes: Sequence[dict[str, str]]) -> float | None:
+def _training_metrics(episodes: Sequence[dict[str, str]], config: TrainConfig) -> dict[str, float | None]:
     outcomes = [row["outcome"] for row in episodes if row["outcome"] != "cut"][-LAST_EPISODES:]
-    return outcomes.count("reached") / len(outcomes) if outcomes else None
-
-
-def _test_rates(path: Path, config: TrainConfig) -> dict[str, Any]:
-    if not config.test_episodes:
-        return dict.fromkeys(("success_last", "collision_last", "success_best"))
-    tested = json.loads(path.read_text(encoding="utf-8"))
-    return {
-        "success_last": tested["last"]["success_rate"]["value"],
-        "collision_last": tested["last"]["collision_rate"]["value"],
-        "success_best": tested["best"]["success_rate"]["value"],
-    }
-
-
-def _controller_shares(episodes: Sequence[dict[str, str]], config: TrainConfig) -> Metrics:
-    """An episode counts where it ends."""
+    # For the controller's share an episode counts where it ends.
     ends = np.array([int(row["step"]) for row in episodes]) / config.total_steps
     steps = np.array([int(row["steps"]) for row in episodes])
     driven = steps * np.array([float(row["controller_share"]) for row in episodes])
+    parts = {f"share_{q + 1}": (q / 4, (q + 1) / 4) for q in range(4)} | {"share_end": (0.9, 1.0)}
+    metrics = {"success_training": outcomes.count("reached") / len(outcomes) if outcomes else None}
+    for name, (begin, end) in parts.items():
+        is_in = (ends > begin) & (ends <= end)
+        metrics[name] = (
+            float(driven[is_in].sum() / steps[is_in].sum()) if config.agent.assisted and any(is_in) else None
+        )
+    return metrics
 
-    def share(begin: float, end: float) -> float | None:
-        within = (ends > begin) & (ends <= end)
-        return float(driven[within].sum() / steps[within].sum()) if config.agent.assisted and within.any() else None
 
-    return {f"share_{q + 1}": share(q / 4, (q + 1) / 4) for q in range(4)} | {"share_end": share(0.9, 1.0)}
+def _test_metrics(path: Path) -> dict[str, float | None]:
+    tested = json.loads(path.read_text(encoding="utf-8"))
+    parts = (("success", "last"), ("collision", "last"), ("success", "best"))
+    return {f"{kind}_{checkpoint}": tested[checkpoint][f"{kind}_rate"]["value"] for kind, checkpoint in parts}
 
 
-def _switch_preference(path: Path, total_steps: int) -> float | None:
+def _validation_metrics(rows: Sequence[dict[str, str]]) -> dict[str, float | None]:
+    rates = [float(row["success_rate"]) for row in rows]
+    if not rates:
+        return {}
+    last, best = (float(np.mean(five[-VALIDATIONS_COUNTED:])) for five in (rates, sorted(rates)))
+    return {"last_five": last, "best_five": best, "swing": best - last}
+
+
+def _switch_preference(path: Path, config: TrainConfig) -> float | None:
     """Unlike the controller's share, the schedule that takes the controller away does not touch it."""
-    if not path.exists():
-        return None
     check_packed(path, MAX_UNPACKED_BYTES)
+    last = slice(round(0.9 * config.total_steps), None)
     # Opened here: of a damaged one np.load leaves its own open.
     with path.open("rb") as file, np.load(file, allow_pickle=False) as steps:
-        q_policy, q_controller = (steps[name][round(0.9 * total_steps) :] for name in ("q_policy", "q_controller"))
+        q_policy, q_controller = steps["q_policy"][last], steps["q_controller"][last]
     is_known = ~np.isnan(q_policy) & ~np.isnan(q_controller)
     return float(np.mean(q_controller[is_known] > q_policy[is_known])) if is_known.any() else None
-
-
-def _stability(success_rates: Sequence[float]) -> Metrics:
-    if not success_rates:
-        return dict.fromkeys(("last_five", "best_five", "swing"))
-    last = float(np.mean(success_rates[-VALIDATIONS_COUNTED:]))
-    best = float(np.mean(sorted(success_rates)[-VALIDATIONS_COUNTED:]))
-    return {"last_five": last, "best_five": best, "swing": best - last}

@@ -89,7 +89,7 @@ def describe_exit(status: int) -> str:
 
 def _stop(processes: Iterable[Process]) -> None:
     for process in processes:
-        process.send_signal(signal.SIGINT)
+        process.terminate()  # a shell may have begun this program with SIGINT ignored, which its processes inherit
     for process in processes:
         try:
             process.wait(PATIENCE)

@@ -48,19 +48,16 @@ def missing_note(group: Group, count: int) -> str:
 def describe_provenance(groups: Mapping[str, Group], results: Results) -> str:
     """What the runs of a table were made with, and a warning where a scene is not today's; nothing without runs."""
     packages: set[str] = set()
-    scenes: dict[tuple[str, int], set[str]] = {}
+    scenes: dict[tuple[str, str], set[str]] = {}  # hashes by title and the hash of today
     for name, group in groups.items():
         for run in results[name].values():
             packages.add(run.provenance.get("asddpg", "unknown"))
-            scene = (group.config.task.name, group.config.task.laser.num_beams)
+            task, beams = group.config.task.name, group.config.task.laser.num_beams
+            scene = (f"{task} with {beams} beams", current_scene(task, beams))
             scenes.setdefault(scene, set()).add(run.provenance.get("model_hash", "unknown"))
     if not scenes:
         return ""
-    now = {scene: current_scene(*scene) for scene in scenes}
-    titles = {scene: "{} with {} beams".format(*scene) for scene in scenes}
-    made = "; ".join(f"{titles[scene]} {', '.join(sorted(hashes))}" for scene, hashes in scenes.items())
+    made = "; ".join(f"{title} {', '.join(sorted(hashes))}" for (title, _), hashes in scenes.items())
     said = f"Trained with asddpg {', '.join(sorted(packages))}; scene {made}."
-    changed = "; ".join(
-        f"{titles[scene]} is {now[scene]}" for scene, hashes in scenes.items() if hashes != {now[scene]}
-    )
+    changed = "; ".join(f"{title} is {now}" for (title, now), hashes in scenes.items() if hashes != {now})
     return f"{said} Not all runs are of today's scene: {changed} now." if changed else said

@@ -22,9 +22,9 @@ def _grid(seed: int) -> npt.NDArray[np.float64]:
 
 
 def test_it_is_the_interval_of_a_difference_and_settings_and_seeds_count_for_nothing() -> None:
-    told = np.mean([chance(_grid(seed).tolist()) for seed in range(300)])
+    bound = np.mean([chance(_grid(seed).tolist()) for seed in range(300)])
     known = 1.96 * SIGMA * math.sqrt(2 / 3)  # were the spread known; that it is not widens it by a tenth
-    assert told == pytest.approx(1.1 * known, rel=0.08)
+    assert bound == pytest.approx(1.1 * known, rel=0.08)
 
 
 @pytest.mark.parametrize("settings", [9, 18])
@@ -50,11 +50,11 @@ def test_one_setting_that_some_seeds_fail_at_moves_it_little() -> None:
 
 
 @pytest.mark.parametrize(("settings", "seeds"), [(4, 3), (18, 1), (0, 3)])
-def test_too_little_to_tell_is_none(settings: int, seeds: int) -> None:
+def test_too_few_settings_or_seeds_give_none(settings: int, seeds: int) -> None:
     assert chance(np.ones((settings, seeds)).tolist()) is None
 
 
-def test_the_table_tells_it_once_enough_settings_have_all_seeds(
+def test_the_table_states_it_once_enough_settings_have_all_seeds(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
@@ -70,7 +70,7 @@ def test_the_table_tells_it_once_enough_settings_have_all_seeds(
     # Residuals of half the differences, ±(0, 0.005, 0.01, 0.015, 0.02) less their median: their middle magnitude is
     # 0.005, so 0.0074 for a standard deviation, times √(10/4), times √(2/2), times t(0.975, 0.37 · 4) = 6.13 or, for
     # the largest of four, t(0.9936, 0.37 · 4) = 15.6.
-    told = "two settings of 2 seeds up to 0.072 apart (95 %, from the spread of the 5 settings with all seeds)"
+    bound = "two settings of 2 seeds up to 0.072 apart (95 %, from the spread of the 5 settings with all seeds)"
     printed = capsys.readouterr().out
-    assert told in printed
+    assert bound in printed
     assert "among 4 differences chance gives one of up to 0.183" in printed

@@ -52,16 +52,6 @@ def test_published_runs_are_the_stored_ones_and_are_written_as_they_were_read(tm
     assert (tmp_path / "again.csv").read_text() == path.read_text()
 
 
-def test_a_run_serves_every_group_of_its_options_and_no_other(tmp_path: Path) -> None:
-    store = RunStore(tmp_path / "nowhere", read_csv(written(tmp_path)))
-    same = Group("the same by another name", ("task=nav_empty", "agent.imitation=1"), 1000, (0,))
-    other = Group("another", ("task=nav_empty", "agent.imitation=0.5"), 1000, (0,))
-    found = store.find(same.run(0))
-    assert found
-    assert found.metrics["success_last"] == 0.7
-    assert not store.find(other.run(0))
-
-
 @pytest.mark.parametrize(
     "change",
     [

@@ -70,6 +70,7 @@ def test_an_interrupt_stops_what_runs_and_keeps_what_is_finished(
     pretend(
         monkeypatch,
         f"""
+signal.signal(signal.SIGTERM, signal.default_int_handler)
 try:
     path.mkdir()
     while len(list(path.parent.glob('*_seed*/'))) < 3:
