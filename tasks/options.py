@@ -78,9 +78,9 @@ def option(default: Any, meaning: str, values: Range | None = None, *, name: str
     return dataclasses.field(default=default, metadata=metadata)
 
 
-def argument(meaning: str, default: Any = MISSING) -> Any:
+def argument(meaning: str, default: Any = MISSING, values: Range | None = None) -> Any:
     """A field that a command line gives by its place, without a name; arguments come before options."""
-    return option(default, meaning, is_named=False)
+    return option(default, meaning, values, is_named=False)
 
 
 class Option(NamedTuple):

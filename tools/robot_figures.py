@@ -1,20 +1,28 @@
-"""The robot's figures, from the compiled model: `python -m tools.robot_figures`, with `json` for machine reading.
-
-A task or a path to an .xml scene with the robot may stand beside it: `python -m tools.robot_figures nav_complex json`.
-"""
+"""The robot's figures, from the compiled model: `python -m tools.robot_figures`."""
 
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from asddpg.errors import UserError
+from asddpg.options.help_text import help_text
+from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
+from tasks.options import argument, option
 from tasks.physics import FloatArray
 from tasks.scene.loading import open_scene
 from tools.robot.robot_model import RobotModel
-from tools.robot.scene_argument import ROBOT, scene_file
+from tools.robot.scene_argument import ROBOT, SCENE, scene_file
+
+
+@dataclass(frozen=True)
+class RobotFiguresArguments:
+    """The scene with the robot, and the form of its figures."""
+
+    scene: str = argument("A task, pioneer for the robot alone, or a path to an .xml scene with it.", ROBOT, SCENE)
+    json: bool = option(False, "Whether they are printed as JSON, for machines.")
 
 
 class Figure(NamedTuple):
@@ -25,10 +33,10 @@ class Figure(NamedTuple):
     note: str = ""
 
 
-EvaluationResult = dict[str, dict[str, Figure]]
+RobotFigures = dict[str, dict[str, Figure]]
 
 
-def figures(robot: RobotModel) -> EvaluationResult:
+def figures(robot: RobotModel) -> RobotFigures:
     """All figures by section and name."""
     return {
         "mass": _mass(robot),
@@ -120,7 +128,7 @@ def _limit(value: float, unit: str, note: str = "") -> Figure:
     return Figure(float(value), unit, note) if np.isfinite(value) else Figure(None, unit, "not limited")
 
 
-def table(found: EvaluationResult) -> str:
+def table(found: RobotFigures) -> str:
     """The figures as aligned lines, a section after the other."""
     rows = [(name, _text(figure), figure) for section in found.values() for name, figure in section.items()]
     first = max(len(name) for name, *_ in rows)
@@ -148,12 +156,10 @@ def _rounded(values: Sequence[float | str]) -> list[float | str]:
 
 def main(arguments: Sequence[str]) -> None:
     """Print."""
-    scenes = [argument for argument in arguments if argument != "json"]
-    if len(scenes) > 1:
-        raise UserError(f"one scene at a time, not {' and '.join(scenes)}; beside it the word json")
-    physics = open_scene(scene_file(scenes[0] if scenes else ROBOT))
+    parsed = parse_arguments(RobotFiguresArguments, arguments)
+    physics = open_scene(scene_file(parsed.scene))
     found = figures(RobotModel(physics.model.ptr))
-    if "json" in arguments:
+    if parsed.json:
         plain = {title: {name: f._asdict() for name, f in section.items()} for title, section in found.items()}
         print(json.dumps(plain, ensure_ascii=False, indent=2))
     else:
@@ -161,4 +167,4 @@ def main(arguments: Sequence[str]) -> None:
 
 
 if __name__ == "__main__":
-    run(main, str(__doc__))
+    run(main, help_text(__doc__, RobotFiguresArguments))

@@ -33,6 +33,7 @@ def parse_arguments(kind: type[Arguments], arguments: Sequence[str]) -> Argument
     named = {option.name: option for option in options if option.is_named}
     positional = [option for option in options if not option.is_named]
     values: dict[str, Any] = {}
+    texts: dict[str, str] = {}
     plain: list[str] = []
     for argument in arguments:
         name, equals, text = argument.partition("=")
@@ -40,9 +41,9 @@ def parse_arguments(kind: type[Arguments], arguments: Sequence[str]) -> Argument
             plain.append(argument)
             continue
         option = find_option(argument, named)
-        if name in values:
-            raise UserError(f"{name} is given twice")
-        values[name] = read_value(option, text)
+        if name in texts:
+            raise UserError(f"{name} is given twice, as {truncated_repr(texts[name])} and {truncated_repr(text)}")
+        texts[name], values[name] = text, read_value(option, text)
     values |= _assign(positional, plain)
     for option in options:
         if option.name not in values and option.value is MISSING:

@@ -1,6 +1,5 @@
 """The figures of an evaluation, on episodes whose figures are known."""
 
-
 import numpy as np
 import pytest
 from scipy import stats
