@@ -103,7 +103,10 @@ def _item(option: Option) -> Option:
 
 def _refuse_surplus(options: Sequence[Option], plain: Sequence[str]) -> NoReturn:
     shown = ", ".join(map(truncated_repr, plain[:3])) + ", …" * (len(plain) > 3)
-    raise UserError(f"{' and '.join(map(label, options))}: {len(options)} at most, not {len(plain)}: {shown}")
+    taken = (
+        f"{len(options)} argument{'s' * (len(options) > 1)} without a name at most, {' and '.join(map(label, options))}"
+    )
+    raise UserError(f"the program takes {taken}, not {len(plain)}: {shown}")
 
 
 def is_list(option: Option) -> bool:

@@ -112,9 +112,9 @@ def test_a_scene_without_the_robot_is_shown_only(
     assert "lacks the body 'base': it has no Pioneer to drive" in capsys.readouterr().out
 
 
-def test_wrong_words() -> None:
-    for arguments in ([], ["nav_empty", "nav_simple"]):
-        with pytest.raises(UserError, match="name one scene: nav_empty"):
+def test_invalid_arguments() -> None:
+    for arguments, sentence in (([], "SCENE is missing"), (["nav_empty", "nav_simple"], "at most, .*, not 2")):
+        with pytest.raises(UserError, match=sentence):
             teleop.main(arguments)
 
 
