@@ -6,6 +6,7 @@ and it becomes `--help` and the reference of the documentation.
 
 import dataclasses
 import math
+import reprlib
 import types
 import typing
 from collections.abc import Callable, Iterator
@@ -143,4 +144,4 @@ def check_options(config: Any) -> None:
     """
     for each in options_of(config):
         if requirement := each.requirement(each.value):
-            raise TaskError(f"{each.name} must be {requirement}, not {each.value!r}")
+            raise TaskError(f"{each.name} must be {requirement}, not {reprlib.repr(each.value)}")

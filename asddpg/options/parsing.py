@@ -19,12 +19,13 @@ class NoArguments:
     """Of a program that takes none."""
 
 
-def parse_arguments(kind: type[Arguments], arguments: Sequence[str]) -> Arguments:
+def parse_arguments(kind: type[Arguments], arguments: Sequence[str], may_repeat: bool = False) -> Arguments:
     """The arguments of a program.
 
     Args:
         kind: a dataclass of options and, before them, of positional arguments; the last of those may be a list.
         arguments: of the command line, each name=value or, by their order, positional.
+        may_repeat: whether an option may be given several times; the last counts.
 
     Raises:
         UserError: one is unknown, given twice, of another type or out of range, or one is missing.
@@ -41,7 +42,7 @@ def parse_arguments(kind: type[Arguments], arguments: Sequence[str]) -> Argument
             plain.append(argument)
             continue
         option = find_option(argument, named)
-        if name in texts:
+        if name in texts and not may_repeat:
             raise UserError(f"{name} is given twice, as {truncated_repr(texts[name])} and {truncated_repr(text)}")
         texts[name], values[name] = text, read_value(option, text)
     values |= _assign(positional, plain)

@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from asddpg import program, train
+from asddpg import train
 from asddpg.build import make_agent, make_environment
 from asddpg.errors import UserError
 from asddpg.runs.run_folder import RunFolder, read_training
@@ -154,11 +154,3 @@ def test_without_matplotlib_one_sentence_says_what_to_install(run: Path, monkeyp
     monkeypatch.setitem(sys.modules, "matplotlib", None)  # as if it were not installed
     with pytest.raises(UserError, match=r"pip install matplotlib"):
         diagnose.main([f"run={run}"])
-
-
-def test_help_needs_no_run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr(sys, "argv", ["diagnose", "-h"])
-    program.run(diagnose.main, str(diagnose.__doc__))
-    printed = capsys.readouterr().out
-    for name in ("run=", "every=", "episodes=", "docs/instruments.md"):
-        assert name in printed

@@ -218,8 +218,8 @@ Main = Callable[[Sequence[str]], None]
     ("main", "arguments", "says"),
     [
         (episode_frame.main, ["step=99"], "has 12 steps, 2.4 s; there is no step 99"),
-        (episode_frame.main, ["step=1.5"], "step must be a number of steps, as in step=12, or last, not '1.5'"),
-        (episode_frame.main, ["time=soon"], "time must be seconds, as in time=2.4, not 'soon'"),
+        (episode_frame.main, ["step=1.5"], "step must be a whole number or null, not '1.5'"),
+        (episode_frame.main, ["time=soon"], "time must be a number or null, not 'soon'"),
         (episode_frame.main, ["time=1", "step=5"], "give one of them"),
         (episode_frame.main, ["camera=side", "size=64x48"], "no camera 'side'; there are top, chase, onboard, free"),
         (episode_frame.main, ["size=5"], "size must be as in 1280x800"),
