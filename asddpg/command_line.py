@@ -6,11 +6,13 @@ programs, by asddpg/options.
 
 import dataclasses
 from collections.abc import Mapping, Sequence
+from functools import reduce
+from operator import getitem
 from typing import Any
 
 from hydra import compose, initialize_config_module
 from hydra.core.config_store import ConfigStore
-from omegaconf import OmegaConf
+from omegaconf import DictConfig, ListConfig, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from asddpg.config import EvaluateConfig, PlayConfig, TrainConfig, check
@@ -99,14 +101,14 @@ def stored_config(values: Mapping[str, Any]) -> TrainConfig:
 
 def evaluate_config(arguments: Sequence[str]) -> EvaluateConfig:
     """The configuration of an evaluation; UserError where an argument is wrong."""
-    config = parse_arguments(EvaluateConfig, arguments)
+    config = parse_arguments(EvaluateConfig, arguments, may_repeat=True)
     check(config)
     return config
 
 
 def play_config(arguments: Sequence[str]) -> PlayConfig:
     """The configuration of episodes to play; UserError where an argument is wrong."""
-    config = parse_arguments(PlayConfig, arguments)
+    config = parse_arguments(PlayConfig, arguments, may_repeat=True)
     check(config)
     return config
 
@@ -134,7 +136,12 @@ def _choice(group: str, name: str) -> str:
     return name
 
 
-def _finished(composed: Any, values: Mapping[str, Any]) -> TrainConfig:
+def _finished(composed: DictConfig | ListConfig, values: Mapping[str, Any]) -> TrainConfig:
+    plain = OmegaConf.to_container(composed)
+    for option in options_of(TrainConfig):
+        value = reduce(getitem, option.name.split("."), plain)  # type: ignore[arg-type]
+        if requirement := option.requirement(value):
+            raise UserError(f"{option.name} must be {requirement}, not {truncated_repr(value)}")
     try:
         config: TrainConfig = with_values(OmegaConf.to_object(composed), values)
     except TaskError as error:

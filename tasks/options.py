@@ -6,6 +6,7 @@ and it becomes `--help` and the reference of the documentation.
 
 import dataclasses
 import math
+import reprlib
 import types
 import typing
 from collections.abc import Callable, Iterator
@@ -78,9 +79,9 @@ def option(default: Any, meaning: str, values: Range | None = None, *, name: str
     return dataclasses.field(default=default, metadata=metadata)
 
 
-def argument(meaning: str, default: Any = MISSING) -> Any:
+def argument(meaning: str, default: Any = MISSING, values: Range | None = None) -> Any:
     """A field that a command line gives by its place, without a name; arguments come before options."""
-    return option(default, meaning, is_named=False)
+    return option(default, meaning, values, is_named=False)
 
 
 class Option(NamedTuple):
@@ -143,4 +144,4 @@ def check_options(config: Any) -> None:
     """
     for each in options_of(config):
         if requirement := each.requirement(each.value):
-            raise TaskError(f"{each.name} must be {requirement}, not {each.value!r}")
+            raise TaskError(f"{each.name} must be {requirement}, not {reprlib.repr(each.value)}")

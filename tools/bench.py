@@ -1,6 +1,6 @@
 """Speed: `python -m tools.bench`, or some of its parts, such as `python -m tools.bench environment rooms`.
 
-Ratios are taken within one process, its parts in turn, so that the machine's mood touches both alike.
+Ratios are taken within one process, its parts in turn, so that machine noise touches both alike.
 
 `environment`: a step through Gymnasium, as gymnasium.make gives it, against the cheapest raw loop of the same physics
 steps under the same commands, with rays once at the end.
@@ -17,7 +17,8 @@ goes on from, as a share of the CPU of the training.
 """
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import gymnasium
@@ -31,9 +32,11 @@ from asddpg.build import make_agent, make_environment, prepare_torch
 from asddpg.command_line import train_config
 from asddpg.config import TrainConfig
 from asddpg.episodes.loop import run_episode
-from asddpg.errors import UserError
+from asddpg.options.help_text import help_text
+from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
 from tasks.constants import CONTROL_TIMESTEP, TRACK, WHEEL_RADIUS
+from tasks.options import Range, argument
 from tools.benchmarks import checkpoints, physics, recording, rendering
 
 ROUNDS = 25
@@ -188,25 +191,36 @@ def _stable_baselines(config: TrainConfig, share_convolutions: bool) -> Callable
     return loop
 
 
-def main(arguments: Any) -> None:
-    """Run the parts asked for, or all."""
-    parts: dict[str, Callable[[], None]] = {
-        "environment": environment,
-        "training": training,
-        "timestep": physics.timestep,
-        "laser": physics.laser,
-        "rooms": physics.rooms,
-        "reset": physics.reset,
-        "recording": recording.recording,
-        "rendering": rendering.rendering,
-        "checkpoint": checkpoints.checkpoint,
-    }
-    for name in arguments or parts:
-        if name not in parts:
-            raise UserError(f"there is no benchmark {name!r}; there are {', '.join(parts)}")
+PARTS: dict[str, Callable[[], None]] = {
+    "environment": environment,
+    "training": training,
+    "timestep": physics.timestep,
+    "laser": physics.laser,
+    "rooms": physics.rooms,
+    "reset": physics.reset,
+    "recording": recording.recording,
+    "rendering": rendering.rendering,
+    "checkpoint": checkpoints.checkpoint,
+}
+
+
+@dataclass(frozen=True)
+class BenchArguments:
+    """What is measured."""
+
+    parts: list[str] = argument(
+        "Benchmarks to run; none runs all.",
+        [],
+        Range(lambda parts: set(parts) <= set(PARTS), f"some of {', '.join(PARTS)}"),
+    )
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Run some benchmarks, or all."""
+    for name in parse_arguments(BenchArguments, arguments).parts or PARTS:
         print(f"== {name}")
-        parts[name]()
+        PARTS[name]()
 
 
 if __name__ == "__main__":
-    run(main, str(__doc__))
+    run(main, help_text(__doc__, BenchArguments))

@@ -8,7 +8,8 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
-from asddpg.errors import UserError
+from asddpg.options.help_text import help_text
+from asddpg.options.parsing import NoArguments, parse_arguments
 from asddpg.program import run
 from tasks.graphics.headless import mujoco
 from tasks.scene.loading import MODELS
@@ -143,8 +144,7 @@ def _has_source_column(text: str) -> bool:
 
 def main(arguments: Sequence[str]) -> None:
     """Print every fault and exit with status 1, or print that there is none."""
-    if arguments:
-        raise UserError("the check takes no words")
+    parse_arguments(NoArguments, arguments)
     found = find_faults(MODELS)
     for fault in found:
         print(fault._replace(path=_short(fault.path)))
@@ -158,4 +158,4 @@ def _short(path: Path) -> Path:
 
 
 if __name__ == "__main__":
-    run(main, str(__doc__))
+    run(main, help_text(__doc__, NoArguments))

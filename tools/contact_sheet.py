@@ -1,49 +1,57 @@
-"""Small pictures of recorded episodes on one sheet: `python -m tools.contact_sheet FILE… or FOLDER`.
+"""Small pictures of recorded episodes on one sheet: `python -m tools.contact_sheet runs/mine/episodes`.
 
-Of one recording, moments from beginning to end; of several, or of a folder of them, how each ended. Options:
-
-  camera=top         chase, onboard, top, or free for the whole room
-  frames=12          how many moments, of one recording
-  columns=4          pictures in a row; by itself so many that the sheet is about twice as wide as high
-  size=320x320       of each picture, in pixels
-  file=here.png      where the sheet goes; <recording or folder>_sheet.png by itself
+Of one recording, moments from beginning to end; of several, or of a folder of them, how each ended.
 """
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from PIL import Image
 
 from asddpg.errors import UserError
+from asddpg.options.help_text import help_text
+from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
 from asddpg.recording.files.reading import open_recording
 from asddpg.recording.messages.path_message import DRIVER_COLOURS
 from asddpg.recording.pictures.caption import OUTCOME_COLOURS, Colour, captioned
-from tools.drawing.picture_file import open_renderer, picture_file, picture_size, write
-from tools.recordings.arguments import files_and_options
+from tasks.options import argument, between, option
+from tools.drawing.picture_file import PICTURE_FILE, PICTURE_SIZE, open_renderer, picture_size, write
 from tools.recordings.episode_states import EpisodeStates
+from tools.recordings.files import files_named
 
-OPTIONS = ("camera", "frames", "columns", "size", "file")
-MOST = 400  # pictures on a sheet
+MAX_PICTURES = 400  # on a sheet
+FRAMES = 12  # of one recording, without frames=
 GAP = 4  # px
+
+
+@dataclass(frozen=True)
+class SheetArguments:
+    """The recordings on a sheet, and how they are shown."""
+
+    recordings: list[Path] = argument("Recordings, or folders of them.")
+    camera: str = option("top", "chase, onboard, top, or free for the whole room.")
+    frames: int | None = option(None, "Moments of one recording; null shows 12.", between(1, MAX_PICTURES))
+    columns: int | None = option(
+        None, "Pictures in a row; null makes the sheet about twice as wide as high.", between(1, MAX_PICTURES)
+    )
+    size: str = option("320x320", "Width and height of each picture, px.", PICTURE_SIZE)
+    file: Path | None = option(None, "File of the sheet; null names it <recording or folder>_sheet.png.", PICTURE_FILE)
 
 
 def main(arguments: Sequence[str]) -> None:
     """Render, lay out, write."""
-    files, options = files_and_options(arguments, OPTIONS)
-    frames, columns = (
-        _number(name, options.get(name, default)) for name, default in (("frames", "12"), ("columns", "0"))
-    )
-    if len(files) > MOST:
-        raise UserError(f"a sheet holds {MOST} pictures at most; {len(files)} recordings are named")
-    if len(files) > 1 and "frames" in options:
+    parsed = parse_arguments(SheetArguments, arguments)
+    files = files_named(parsed.recordings)
+    if len(files) > MAX_PICTURES:
+        raise UserError(f"a sheet holds {MAX_PICTURES} pictures at most; {len(files)} recordings are named")
+    if len(files) > 1 and parsed.frames:
         raise UserError(f"frames= is for one recording; of several, {len(files)} here, the sheet shows how each ended")
-    width, height = picture_size(options.get("size", "320x320"))
     stem = files[0].stem if len(files) == 1 else files[0].resolve().parent.name
-    file = picture_file(options.get("file", f"{stem}_sheet.png"))
-    tiles = _tiles(files, options.get("camera", "top"), width, height, frames)
-    write(sheet(list(tiles), columns), file)
+    tiles = _tiles(files, parsed.camera, *picture_size(parsed.size), parsed.frames or FRAMES)
+    write(sheet(list(tiles), parsed.columns or 0), parsed.file or Path(f"{stem}_sheet.png"))
 
 
 def sheet(tiles: Sequence[Image.Image], columns: int = 0) -> Image.Image:
@@ -98,11 +106,5 @@ def _caption(states: EpisodeStates, count: int, driver: str, is_one: bool) -> tu
     return f"{states.time(count):.1f} s · {driver or 'start'}", DRIVER_COLOURS.get(driver)
 
 
-def _number(name: str, value: str) -> int:
-    if not (value.isascii() and value.isdigit() and int(value) <= MOST and (int(value) or name == "columns")):
-        raise UserError(f"{name} must be a whole number from 1 to {MOST}, not {value!r}")
-    return int(value)
-
-
 if __name__ == "__main__":
-    run(main, str(__doc__))
+    run(main, help_text(__doc__, SheetArguments))

@@ -2,21 +2,18 @@
 
 Drives the stored validation pairs with each snapshot of the run: the actor alone, actor and controller together, and
 once the controller alone. Writes diagnosis.json and plots into the run's folder, under diagnosis/; docs/instruments.md
-says how to read them. Options:
-
-  run=runs/mine      folder of a training run, finished or in progress
-  every=1            1 takes every snapshot, 2 every second one, counted from the last
-  episodes=50        pairs driven, of the 50 stored
-  controller.type=   of a run with a controller of its own, package.module:Factory: that you trust that code
+says how to read them.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass
 from pathlib import Path
 
 from asddpg.algorithm.agent import AsDDPG
 from asddpg.build import make_agent, make_environment, prepare_torch
 from asddpg.errors import UserError
+from asddpg.options.help_text import help_text
+from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
 from asddpg.runs import weights_file
 from asddpg.runs.loading import PREFIX
@@ -24,54 +21,43 @@ from asddpg.runs.provenance import environment_hash
 from asddpg.runs.run_folder import RunFolder, open_run_folder, read_training, write_json
 from asddpg.runs.safe_loading import OURS
 from tasks.evaluation_pairs import stored_pairs
+from tasks.options import between, option
 from tasks.room_geometry.obstacles import Obstacles
 from tools.diagnosis.run_diagnosis import Diagnosis, Examination, Snapshot, as_json, diagnosis_of
 from tools.diagnosis.training_metrics import read_training_metrics
 from tools.drawing.matplotlib_check import check_matplotlib
-from tools.option_arguments import options_in
-
-CONTROLLER = "controller.type"
-MAX_COUNTS = {"every": 10_000, "episodes": 50}
 
 
 @dataclass(frozen=True)
-class Wish:
-    """What is to be diagnosed."""
+class DiagnoseArguments:
+    """The run to diagnose, and how thoroughly."""
 
-    run: str
-    every: int = 1
-    episodes: int = 50
-    controller: str = OURS
-
-
-def wish(arguments: Sequence[str]) -> Wish:
-    """Read the command line's words; UserError where one is wrong."""
-    options = options_in(arguments, ("run", *MAX_COUNTS, CONTROLLER))
-    if not options.get("run"):
-        raise UserError("diagnose what? run=<run_dir>, the folder of a training run")
-    if options["run"].startswith(PREFIX):
-        raise UserError(f"diagnose needs the folder of a training run, with its logs; {options['run']} has none")
-    numbers = {name: _number(name, options[name]) for name in MAX_COUNTS if name in options}
-    return Wish(options["run"], **numbers, controller=options.get(CONTROLLER, OURS))
+    run: str = option(MISSING, "Folder of a training run, finished or in progress.")
+    every: int = option(1, "1 takes every snapshot, 2 every second one, counted from the last.", between(1, 10_000))
+    episodes: int = option(50, "Stored validation pairs driven.", between(1, 50))
+    controller: str = option(
+        OURS, "Controller of your own that the run was trained with: that you trust its code.", name="controller.type"
+    )
 
 
-def _number(name: str, value: str) -> int:
-    if not (value.isascii() and value.isdigit() and 1 <= int(value) <= MAX_COUNTS[name]):
-        raise UserError(f"{name} must be a whole number from 1 to {MAX_COUNTS[name]}, not {value!r}")
-    return int(value)
+def _parse(arguments: Sequence[str]) -> DiagnoseArguments:
+    parsed = parse_arguments(DiagnoseArguments, arguments)
+    if parsed.run.startswith(PREFIX):
+        raise UserError(f"diagnose needs the folder of a training run, with its logs; {parsed.run} has none")
+    return parsed
 
 
 def main(arguments: Sequence[str]) -> None:
     """Drive, reckon, write, draw."""
-    asked = wish(arguments)
-    folder = open_run_folder(asked.run)
-    config, provenance = read_training(folder.config, asked.controller)
+    parsed = _parse(arguments)
+    folder = open_run_folder(parsed.run)
+    config, provenance = read_training(folder.config, parsed.controller)
     config.device = "cpu"
     check_matplotlib()  # before the driving, which takes minutes
     prepare_torch()
     environment = make_environment(config.task, config.reward)
     agent = make_agent(config, environment, next(iter(folder.snapshots()), None))
-    weights = weights_of(folder, agent, asked.every)
+    weights = weights_of(folder, agent, parsed.every)
     if environment_hash(environment) != provenance.get("model_hash"):
         print("note: the scene's model is not the one this run was trained on")
     has_steps = folder.steps.is_file()
@@ -79,7 +65,7 @@ def main(arguments: Sequence[str]) -> None:
         print(f"note: there is no {folder.steps}, so nothing is told of whom the switch preferred in training")
     # Before the driving, which takes minutes: the logs may be damaged.
     training = read_training_metrics(folder.metrics, folder.steps if agent.controller and has_steps else None)
-    pairs = stored_pairs(config.task.name, "validation", config.task.goal_radius)[: asked.episodes]
+    pairs = stored_pairs(config.task.name, "validation", config.task.goal_radius)[: parsed.episodes]
     folder.diagnosis.mkdir(exist_ok=True)
     examination = Examination(config, environment, agent, pairs)
     snapshots = [_examined(examination, agent, path) for path in weights]
@@ -124,10 +110,10 @@ def _load(path: Path, agent: AsDDPG) -> int:
 
 
 def _draw(diagnosis: Diagnosis, obstacles: Obstacles, examination: Examination, folder: Path) -> None:
-    from tools.diagnosis.plots import draw  # only here: -h and wrong words need no matplotlib
+    from tools.diagnosis.plots import draw  # only here: -h and wrong arguments need no matplotlib
 
     draw(diagnosis, obstacles, examination.by_actor, folder)
 
 
 if __name__ == "__main__":
-    run(main, str(__doc__))
+    run(main, help_text(__doc__, DiagnoseArguments))

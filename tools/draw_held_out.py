@@ -4,9 +4,12 @@ A repeated run writes the same files. Do not change them: results on other sets 
 """
 
 import json
+from collections.abc import Sequence
 
 import numpy as np
 
+from asddpg.options.help_text import help_text
+from asddpg.options.parsing import NoArguments, parse_arguments
 from asddpg.program import run
 from tasks import ALL_TASKS
 from tasks.constants import GOAL_RADIUS
@@ -30,8 +33,9 @@ def stored_text(task_name: str) -> str:
     return "{" + ",\n".join(parts) + "}\n"
 
 
-def main() -> None:
+def main(arguments: Sequence[str]) -> None:
     """Write the sets of every task."""
+    parse_arguments(NoArguments, arguments)
     for task_name in ALL_TASKS:
         path = FOLDER / f"{task_name}.json"
         path.write_text(stored_text(task_name))
@@ -39,4 +43,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    run(lambda _: main(), str(__doc__))
+    run(main, help_text(__doc__, NoArguments))

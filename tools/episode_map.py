@@ -1,43 +1,51 @@
 """The way of recorded episodes on a map of their room: `python -m tools.episode_map FILE…`.
 
-The room is rendered from straight above without perspective, so that the way lies exactly where it was driven. Options:
-
-  file=here.png      where the map goes; <recording>_map.png by itself
-  size=900           px of its longer side
+The room is rendered from straight above without perspective, so that the way lies exactly where it was driven.
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from asddpg.errors import UserError
+from asddpg.options.help_text import help_text
+from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
 from asddpg.recording.files.reading import open_recording
 from tasks.graphics.headless import mujoco
 from tasks.graphics.rendering import Picture
+from tasks.options import argument, between, option
 from tasks.room_geometry.obstacles import Obstacles
 from tools.drawing.map_view import MapView, fit_view
 from tools.drawing.matplotlib_check import check_matplotlib
-from tools.drawing.picture_file import picture_file
-from tools.recordings.arguments import files_and_options
+from tools.drawing.picture_file import PNG_FILE
 from tools.recordings.episode_paths import Way, way_of
 from tools.recordings.episode_states import EpisodeStates
+from tools.recordings.files import files_named
 
-OPTIONS = ("file", "size")
-MIN_SIDE_PX, MAX_SIDE_PX = 200, 4000  # px
-MOST = 100  # ways on a map
+MAX_EPISODES = 100  # on a map
 FAR_AWAY = (1000.0, 1000.0, 0.0)  # m
+
+
+@dataclass(frozen=True)
+class MapArguments:
+    """The recordings on a map."""
+
+    recordings: list[Path] = argument("Recordings, or folders of them.")
+    file: Path | None = option(None, "File of the map; null names it <recording>_map.png.", PNG_FILE)
+    size: int = option(900, "Its longer side, px.", between(200, 4000))
 
 
 def main(arguments: Sequence[str]) -> None:
     """Run the episodes again, render, draw, write."""
-    files, options = files_and_options(arguments, OPTIONS)
-    size = _size(options.get("size", "900"))
-    file = picture_file(options.get("file", f"{files[0].stem}_map.png"), (".png",))
-    if len(files) > MOST:
-        raise UserError(f"a map shows {MOST} episodes at most; {len(files)} are named")
+    parsed = parse_arguments(MapArguments, arguments)
+    files = files_named(parsed.recordings)
+    if len(files) > MAX_EPISODES:
+        raise UserError(f"a map shows {MAX_EPISODES} episodes at most; {len(files)} are named")
+    file = parsed.file or Path(f"{files[0].stem}_map.png")
     check_matplotlib()
-    ways, view, picture, task = _seen(files, size)
-    from tools.recordings.map_drawing import draw_map  # only here: -h and wrong words need no matplotlib
+    ways, view, picture, task = _seen(files, parsed.size)
+    from tools.recordings.map_drawing import draw_map  # only here: -h and wrong arguments need no matplotlib
 
     draw_map(ways, view, picture, task, file)
     print(f"written to {file}")
@@ -73,11 +81,5 @@ def _put_away(model: mujoco.MjModel, data: mujoco.MjData, with_robot: bool) -> N
     mujoco.mj_kinematics(model, data)
 
 
-def _size(value: str) -> int:
-    if not (value.isascii() and value.isdigit() and MIN_SIDE_PX <= int(value) <= MAX_SIDE_PX):
-        raise UserError(f"size must be a number of pixels from {MIN_SIDE_PX} to {MAX_SIDE_PX}, not {value!r}")
-    return int(value)
-
-
 if __name__ == "__main__":
-    run(main, str(__doc__))
+    run(main, help_text(__doc__, MapArguments))

@@ -1,44 +1,44 @@
-"""What recordings there are: `python -m tools.episodes DIR`.
+"""What recordings there are: `python -m tools.episodes runs/mine`.
 
-Lists those in a folder and below it, such as runs/mine or runs. Options choose among them, or export their steps:
-
-  outcome=crashed    or several: crashed,timeout; running are those of killed processes (tools.recover)
-  task=nav_complex   of one task
-  min_steps=50       of so many steps or more
-  export=steps.csv   /step of all of them as one table, a row a step; .parquet too; --export csv is export=steps.csv
+Lists those in a folder and below it, such as runs/mine or runs. Options choose among them, or export their steps.
 """
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import tasks
 from asddpg.episodes.protocols import Driver
 from asddpg.errors import UserError
+from asddpg.options.help_text import help_text
+from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
 from asddpg.recording.files.reading import PART, Recording, open_recording
 from asddpg.recording.messages.step_message import reward_in
 from asddpg.recording.messages.topics import OUTCOME, STEP
-from tools.option_arguments import options_in
-from tools.recordings.step_table import SUFFIXES, Row, check_can_write, row_of, write_table
+from tasks import ALL_TASKS
+from tasks.options import NOT_NEGATIVE, Range, argument, one_of, option
+from tools.recordings.step_table import Row, check_can_write, row_of, write_table
 
-OPTIONS = ("outcome", "task", "min_steps", "export")
 OUTCOMES = ("reached", "crashed", "timeout", "cut", "running")
 HEADER = ("file", "task", "outcome", "steps", "return", "controller", "start (m, m, rad)", "goal (m)", "kB", "trained")
 KILOBYTE = 1000
 
 
 @dataclass(frozen=True)
-class Wish:
-    """Which recordings are asked for."""
+class EpisodesArguments:
+    """Which recordings are listed, and what is exported of them."""
 
-    folder: Path
-    outcomes: Sequence[str] = ()  # none given, all
-    task: str | None = None
-    min_steps: int = 0
-    export: Path | None = None
+    folder: Path = argument("Folder of recordings, such as runs/mine or runs.")
+    outcome: list[str] = option(
+        [],
+        "Outcomes, such as crashed,timeout; running are recordings of killed processes (tools.recover); [] lists all.",
+        Range(lambda names: set(names) <= set(OUTCOMES), f"some of {', '.join(OUTCOMES)}"),
+    )
+    task: str | None = option(None, "Of one task; null lists all.", one_of(*ALL_TASKS))
+    min_steps: int = option(0, "Of so many steps or more.", NOT_NEGATIVE)
+    export: Path | None = option(None, "/step of all of them as one table, a row a step, .csv or .parquet.")
 
 
 @dataclass(frozen=True)
@@ -51,47 +51,6 @@ class Listed:
     total_reward: float
     controller_share: float
     size: int  # bytes
-
-
-def wish(arguments: Sequence[str]) -> Wish:
-    """Read the command line's words; UserError where one is wrong."""
-    arguments = list(_without_dashes(arguments))
-    plain = [
-        argument
-        for argument in arguments
-        if argument.partition("=")[0] not in OPTIONS and ("=" not in argument or Path(argument).exists())
-    ]
-    if len(plain) != 1:
-        raise UserError("list which recordings? python -m tools.episodes <folder> [outcome=crashed] [export=steps.csv]")
-    options = options_in((argument for argument in arguments if argument not in plain), OPTIONS)
-    outcomes = [each for each in options.get("outcome", "").split(",") if each]
-    unknown = [each for each in outcomes if each not in OUTCOMES]
-    if unknown or ("outcome" in options and not outcomes):
-        raise UserError(f"there is no outcome {options['outcome']!r}; there are {', '.join(OUTCOMES)}")
-    task = options.get("task")
-    if task is not None and task not in tasks.ALL_TASKS:
-        raise UserError(f"there is no task {task!r}; there are {', '.join(tasks.ALL_TASKS)}")
-    export = Path(options["export"]) if "export" in options else None
-    return Wish(Path(plain[0]), outcomes, task, _number(options.get("min_steps", "0")), export)
-
-
-def _without_dashes(arguments: Sequence[str]) -> Iterator[str]:
-    """`--export csv` as the option it stands for."""
-    rest = iter(arguments)
-    for argument in rest:
-        if argument != "--export":
-            yield argument
-            continue
-        kind = next(rest, "")
-        if f".{kind}" not in SUFFIXES:
-            raise UserError(f"--export takes csv or parquet, not {kind!r}")
-        yield f"export=steps.{kind}"
-
-
-def _number(value: str) -> int:
-    if not (value.isascii() and value.isdigit() and len(value) < 10):
-        raise UserError(f"min_steps must be a whole number, 0 or more, not {value!r}")
-    return int(value)
 
 
 def recordings_below(folder: Path) -> list[Path]:
@@ -130,12 +89,12 @@ def listed(path: Path) -> Listed:
         raise UserError(f"{path} was made by another version: its /step or /outcome lacks {error}") from error
 
 
-def is_wanted(found: Listed, asked: Wish) -> bool:
-    """Whether a recording is among those asked for."""
+def is_wanted(found: Listed, wanted: EpisodesArguments) -> bool:
+    """Whether a recording is among those to list."""
     return (
-        (not asked.outcomes or found.outcome in asked.outcomes)
-        and asked.task in (None, found.recording.facts.get("task"))
-        and len(found.steps) >= asked.min_steps
+        (not wanted.outcome or found.outcome in wanted.outcome)
+        and wanted.task in (None, found.recording.facts.get("task"))
+        and len(found.steps) >= wanted.min_steps
     )
 
 
@@ -171,34 +130,34 @@ def aligned(lines: Sequence[Sequence[str]]) -> str:
 
 def main(arguments: Sequence[str]) -> None:
     """List, sum up, export."""
-    asked = wish(arguments)
-    if asked.export is not None:
-        check_can_write(asked.export)
+    parsed = parse_arguments(EpisodesArguments, arguments)
+    if parsed.export is not None:
+        check_can_write(parsed.export)
     lines: list[Sequence[str]] = [HEADER]
     rows: list[Row] = []
     damaged: list[str] = []
     counts: Counter[str] = Counter()
     size = 0
-    for path in recordings_below(asked.folder):
+    for path in recordings_below(parsed.folder):
         try:
             found = listed(path)
-            if not is_wanted(found, asked):
+            if not is_wanted(found, parsed):
                 continue
-            lines.append(cells(found, asked.folder))
+            lines.append(cells(found, parsed.folder))
         except UserError as error:
             damaged.append(str(error))
             continue
         counts[found.outcome] += 1
         size += found.size
-        if asked.export is not None:
+        if parsed.export is not None:
             rows += (row_of(lines[-1][0], step) for step in found.steps)
     if counts:
         print(aligned(lines))
     print(_summary(counts, size))
     for sentence in damaged:
         print(f"damaged: {sentence}")
-    if asked.export is not None:
-        _export(asked.export, rows)
+    if parsed.export is not None:
+        _export(parsed.export, rows)
 
 
 def _summary(counts: Counter[str], size: int) -> str:
@@ -217,4 +176,4 @@ def _export(path: Path, rows: Sequence[Row]) -> None:
 
 
 if __name__ == "__main__":
-    run(main, str(__doc__))
+    run(main, help_text(__doc__, EpisodesArguments))

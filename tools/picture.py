@@ -1,12 +1,4 @@
-"""A picture of a room or of the robot: `python -m tools.picture nav_complex [camera] [file.png]`.
-
-The first word is a task, `pioneer` for the robot alone, or a path to any .xml scene. Options:
-
-  camera=top         a camera of the scene, or free for the whole of it
-  file=here.png      where the picture goes; <scene>_<camera>.png by itself
-  size=1280x800      in pixels
-  shadows=true       or false, as observers of the tasks see it
-"""
+"""A picture of a room or of the robot: `python -m tools.picture nav_complex`."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,66 +8,40 @@ import numpy as np
 from PIL import Image
 
 import tasks
-from asddpg.errors import UserError
+from asddpg.options.help_text import help_text
+from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
 from tasks.graphics.headless import mujoco
 from tasks.graphics.rendering import FREE, Picture
+from tasks.options import argument, option
 from tasks.scene.loading import load_model
-from tools.drawing.picture_file import open_renderer, picture_file, picture_size, write
-from tools.robot.scene_argument import ROBOT, scene_file
+from tools.drawing.picture_file import PICTURE_FILE, PICTURE_SIZE, open_renderer, picture_size, write
+from tools.robot.scene_argument import ROBOT, SCENE, scene_file
 
-OPTIONS = ("camera", "file", "size", "shadows")
 SHADOW_SIZE = 8192  # px of the shadow's map: fine enough for a whole room
 SEED = 3  # of the goal in a task's picture
 
 
 @dataclass(frozen=True)
-class Wish:
-    """What a picture is asked to be."""
+class PictureArguments:
+    """The scene to draw, and how."""
 
-    scene: str
-    camera: str
-    file: Path
-    width: int
-    height: int
-    shadows: bool
-
-
-def wish(arguments: Sequence[str]) -> Wish:
-    """Read the command line's words; UserError where one is wrong."""
-    plain = [argument for argument in arguments if "=" not in argument]
-    if not 1 <= len(plain) <= 3:
-        raise UserError(
-            f"name a scene ({', '.join(tasks.ALL_TASKS)}, {ROBOT}, or a path to an .xml), then if wanted a camera, "
-            "a file, and options, as in size=1280x800"
-        )
-    options = dict(zip(("camera", "file"), plain[1:], strict=False))
-    for argument in (argument for argument in arguments if "=" in argument):
-        name, value = argument.split("=", 1)
-        if name not in OPTIONS:
-            raise UserError(f"there is no option {name!r}; there are {', '.join(OPTIONS)}")
-        if name in options:
-            raise UserError(f"{name} is given twice, as {options[name]} and {value}")
-        options[name] = value
-    camera = options.get("camera", "portrait" if plain[0] == ROBOT else FREE)
-    file = picture_file(options.get("file", f"{Path(plain[0]).stem}_{camera}.png"))
-    width, height = picture_size(options.get("size", "1280x800"))
-    return Wish(plain[0], camera, file, width, height, _truth("shadows", options.get("shadows", "true")))
+    scene: str = argument("A task, pioneer for the robot alone, or a path to any .xml scene.", values=SCENE)
+    camera: str | None = option(
+        None, "A camera of the scene, or free for the whole of it; null takes free, of the robot portrait."
+    )
+    file: Path | None = option(None, "File of the picture; null names it <scene>_<camera>.png.", PICTURE_FILE)
+    size: str = option("1280x800", "Width and height, px.", PICTURE_SIZE)
+    shadows: bool = option(True, "Whether lights cast shadows; the tasks' own cameras see none.")
 
 
-def _truth(name: str, value: str) -> bool:
-    if value not in ("true", "false"):
-        raise UserError(f"{name} must be true or false, not {value!r}")
-    return value == "true"
-
-
-def render(asked: Wish) -> Picture:
+def render(parsed: PictureArguments, camera: str) -> Picture:
     """The picture, uint8 (height, width, 3)."""
-    model, data = _state(asked.scene)
-    _set_shadows(model, data, asked.shadows)
-    renderer = open_renderer(model, asked.width, asked.height)
+    model, data = _state(parsed.scene)
+    _set_shadows(model, data, parsed.shadows)
+    renderer = open_renderer(model, *picture_size(parsed.size))
     try:
-        return renderer.render(data, asked.camera)
+        return renderer.render(data, camera)
     finally:
         renderer.close()
 
@@ -108,9 +74,10 @@ def _state(scene: str) -> tuple[mujoco.MjModel, mujoco.MjData]:
 
 def main(arguments: Sequence[str]) -> None:
     """Render and write."""
-    asked = wish(arguments)
-    write(Image.fromarray(render(asked)), asked.file)
+    parsed = parse_arguments(PictureArguments, arguments)
+    camera = parsed.camera or ("portrait" if parsed.scene == ROBOT else FREE)
+    write(Image.fromarray(render(parsed, camera)), parsed.file or Path(f"{Path(parsed.scene).stem}_{camera}.png"))
 
 
 if __name__ == "__main__":
-    run(main, str(__doc__))
+    run(main, help_text(__doc__, PictureArguments))

@@ -1,14 +1,6 @@
 """Ship a trained policy: `python -m tools.publish run=runs/mine name=nav_complex`.
 
 Writes models/pretrained/<name>: the weights, the configuration, what it reaches on the stored test pairs, and a card.
-Options:
-
-  run=runs/mine      folder of a finished run
-  name=nav_complex   what run=pretrained:<name> will call it
-  checkpoint=last    or best
-  episodes=200       stored test pairs to drive
-  overwrite=false    true replaces a policy of that name
-  note="…"           a sentence for the card: how the seed was chosen, such as "Seed 0 of five, whose mean is 0.95."
 """
 
 import dataclasses
@@ -16,7 +8,7 @@ import json
 import re
 import shutil
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import MISSING, dataclass
 from pathlib import Path
 
 import gymnasium
@@ -28,6 +20,8 @@ from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone, 
 from asddpg.episodes.evaluation import EvaluationResult, evaluate, table
 from asddpg.errors import UserError
 from asddpg.observers.progress import EpisodeBar
+from asddpg.options.help_text import help_text
+from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
 from asddpg.runs import pretrained, weights_file
 from asddpg.runs.loading import Trained, open_trained
@@ -35,27 +29,32 @@ from asddpg.runs.pretrained import PretrainedFolder
 from asddpg.runs.provenance import environment_hash, versions
 from asddpg.runs.run_folder import config_text, open_run_folder, write_json
 from tasks.evaluation_pairs import stored_pairs
+from tasks.options import Range, between, one_of, option
 from tasks.room_geometry.held_out import Pair
-from tools.option_arguments import options_in
 from tools.publishing.card import Facts, card
 from tools.publishing.command_arguments import command_of
 from tools.publishing.failures import DrivenEpisode, EndingsLog, report
 
-OPTIONS = ("run", "name", "checkpoint", "episodes", "overwrite", "note")
 MAX_WEIGHT_BYTES = 3_000_000  # bytes of weights: the repository stays small
 STORED = 200  # test pairs of a task
 
 
 @dataclass(frozen=True)
-class Wish:
-    """What is to be shipped under which name."""
+class PublishArguments:
+    """The run to ship, and under which name."""
 
-    run: str
-    name: str
-    checkpoint: str
-    episodes: int
-    overwrite: bool
-    note: str
+    run: str = option(MISSING, "Folder of a finished run, such as runs/mine.")
+    name: str = option(
+        MISSING,
+        "Name of the policy, as in run=pretrained:<name>.",
+        Range(lambda name: bool(re.fullmatch(r"[a-z][a-z0-9_]*", name)), "small letters, digits and _, as nav_complex"),
+    )
+    checkpoint: str = option("last", "Checkpoint of the run.", one_of("last", "best"))
+    episodes: int = option(STORED, "Stored test pairs to drive.", between(1, STORED, ", the size of the test set"))
+    overwrite: bool = option(False, "Whether it replaces a policy of that name.")
+    note: str | None = option(
+        None, 'A sentence for the card: how the seed was chosen, such as "Seed 0 of five, whose mean is 0.95."'
+    )
 
 
 @dataclass(frozen=True)
@@ -67,80 +66,57 @@ class Tested:
     scene: str
 
 
-def wish(arguments: Sequence[str]) -> Wish:
-    """Read the command line's words; UserError where one is wrong."""
-    defaults = {"checkpoint": "last", "episodes": str(STORED), "overwrite": "false", "note": ""}
-    options = defaults | options_in(arguments, OPTIONS)
-    if "run" not in options or "name" not in options:
-        raise UserError("publish which run under which name? run=runs/mine name=nav_complex")
-    if not re.fullmatch(r"[a-z][a-z0-9_]*", options["name"]):
-        raise UserError(f"name must be small letters, digits and _, such as nav_complex, not {options['name']!r}")
-    for name, choices in (("checkpoint", ("last", "best")), ("overwrite", ("true", "false"))):
-        if options[name] not in choices:
-            raise UserError(f"{name} must be {' or '.join(choices)}, not {options[name]!r}")
-    if not re.fullmatch(r"\d{1,3}", options["episodes"]) or not 1 <= int(options["episodes"]) <= STORED:
-        raise UserError(f"episodes must be from 1 to {STORED}, the size of the stored test set")
-    return Wish(
-        run=options["run"],
-        name=options["name"],
-        checkpoint=options["checkpoint"],
-        episodes=int(options["episodes"]),
-        overwrite=options["overwrite"] == "true",
-        note=" ".join(options["note"].split()),
-    )
-
-
 def main(arguments: Sequence[str]) -> None:
     """Export, test what was exported, write the card; the folder is whole or not there."""
-    asked = wish(arguments)
-    folder = PretrainedFolder(pretrained.FOLDER / asked.name)
-    if folder.path.exists() and not asked.overwrite:
-        raise UserError(f"there is a pretrained policy {asked.name!r} already; overwrite=true replaces it")
-    seconds = _training_seconds(asked)
-    trained = open_trained(asked.run, asked.checkpoint, None)
+    parsed = parse_arguments(PublishArguments, arguments)
+    folder = PretrainedFolder(pretrained.FOLDER / parsed.name)
+    if folder.path.exists() and not parsed.overwrite:
+        raise UserError(f"there is a pretrained policy {parsed.name!r} already; overwrite=true replaces it")
+    seconds = _training_seconds(parsed)
+    trained = open_trained(parsed.run, parsed.checkpoint, None)
     if trained.config.controller.type != ControllerConfig().type:
         raise UserError(
             f"the controller {trained.config.controller.type} is not shipped, so neither is what it trained"
         )
     command = command_of(trained.config)
     prepare_torch()
-    part = PretrainedFolder(folder.path.with_name(f".{asked.name}.part"))
+    part = PretrainedFolder(folder.path.with_name(f".{parsed.name}.part"))
     shutil.rmtree(part.path, ignore_errors=True)
     part.path.mkdir(parents=True)
     try:
-        _fill(part, asked, trained, command, seconds)
+        _fill(part, parsed, trained, command, seconds)
         _replace(folder.path, part.path)
     finally:
         shutil.rmtree(part.path, ignore_errors=True)
-    print(f"written to {folder.path}; evaluate it: python -m asddpg.evaluate run=pretrained:{asked.name}")
+    print(f"written to {folder.path}; evaluate it: python -m asddpg.evaluate run=pretrained:{parsed.name}")
 
 
-def _training_seconds(asked: Wish) -> float:
-    run_folder = open_run_folder(asked.run)
+def _training_seconds(parsed: PublishArguments) -> float:
+    run_folder = open_run_folder(parsed.run)
     if not run_folder.resources.is_file():
-        raise UserError(f"the run {asked.run} is not finished: it has no {run_folder.resources.name}")
+        raise UserError(f"the run {parsed.run} is not finished: it has no {run_folder.resources.name}")
     try:
         return float(json.loads(run_folder.resources.read_text(encoding="utf-8"))["training_seconds"])
     except (ValueError, KeyError, TypeError) as error:
         raise UserError(f"{run_folder.resources} is damaged or not written by asddpg.train") from error
 
 
-def _fill(part: PretrainedFolder, asked: Wish, trained: Trained, command: str, seconds: float) -> None:
+def _fill(part: PretrainedFolder, parsed: PublishArguments, trained: Trained, command: str, seconds: float) -> None:
     config = dataclasses.replace(trained.config, device="cpu", run_dir=None)
     environment = make_environment(config.task, config.reward)
     agent, step = _export(part, trained, config, environment)
     part.config.write_text(config_text(dataclasses.asdict(config), trained.provenance), encoding="utf-8")
-    tested = _test(config, environment, agent, asked.episodes)
+    tested = _test(config, environment, agent, parsed.episodes)
     print(table(tested.metrics))
-    write_json(part.test, _test_content(asked, config, step, tested))
+    write_json(part.test, _test_content(parsed, config, step, tested))
     facts = Facts(
-        name=asked.name,
+        name=parsed.name,
         config=trained.config,
         command=command,
-        checkpoint=asked.checkpoint,
+        checkpoint=parsed.checkpoint,
         step=step,
         seconds=seconds,
-        note=asked.note,
+        note=" ".join((parsed.note or "").split()),
         provenance=trained.provenance,
         tested_scene=tested.scene,
         metrics=tested.metrics,
@@ -186,11 +162,11 @@ def _drive(
     return metrics, log.drives(pairs)
 
 
-def _test_content(asked: Wish, config: TrainConfig, step: int, tested: Tested) -> dict[str, object]:
+def _test_content(parsed: PublishArguments, config: TrainConfig, step: int, tested: Tested) -> dict[str, object]:
     return {
         "task": config.task.name,
-        "set": f"{asked.episodes} stored test pairs",
-        "checkpoint": asked.checkpoint,
+        "set": f"{parsed.episodes} stored test pairs",
+        "checkpoint": parsed.checkpoint,
         "step": step,
         **{title: metrics.as_dict() for title, metrics in tested.metrics.items()},
         "outcomes": [drive.outcome for drive in tested.drives],
@@ -211,4 +187,4 @@ def _replace(path: Path, part: Path) -> None:
 
 
 if __name__ == "__main__":
-    run(main, str(__doc__))
+    run(main, help_text(__doc__, PublishArguments))

@@ -1,26 +1,41 @@
-"""A recording that was cut off or damaged, completed: `python -m tools.recover FILE [OUT.mcap]`.
+"""A recording that was cut off or damaged, completed: `python -m tools.recover runs/mine/episodes/….mcap.part`.
 
-FILE is the .mcap.part that a killed process leaves, or a damaged .mcap. The steps that are whole in it become a
-complete file beside it, <name>_cut.mcap by itself; FILE stays, and nothing is overwritten.
+The steps that are whole in it become a complete file beside it. The old file stays, and nothing is overwritten.
 """
 
 import contextlib
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from mcap.records import McapRecord
 
 from asddpg.errors import UserError, truncated_repr
+from asddpg.options.help_text import help_text
+from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
 from asddpg.recording.files.journal_reading import in_full
 from asddpg.recording.files.mcap_file import CONFIG, METADATA
 from asddpg.recording.files.reading import DAMAGE, PART
+from tasks.options import Range, argument
 from tools.recordings.contents import Contents, contents_of, write_recording
 from tools.recordings.cut_episode import CutEpisode, episode_in
 from tools.recordings.salvage import salvage
 
 MCAP = ".mcap"
 OUTCOMES = ("reached", "crashed", "timeout", "cut")
+
+
+@dataclass(frozen=True)
+class RecoverArguments:
+    """The recording to complete."""
+
+    file: Path = argument("The .mcap.part that a killed process left, or a damaged .mcap.")
+    target: Path | None = argument(
+        "The new file; without one <name>_cut.mcap.",
+        None,
+        Range(lambda path: path.suffix == MCAP, "a path that ends in .mcap"),
+    )
 
 
 def recover(source: Path, target: Path | None = None) -> tuple[CutEpisode, Path]:
@@ -86,14 +101,10 @@ def _stem(source: Path) -> str:
 
 def main(arguments: Sequence[str]) -> None:
     """Recover, and say what."""
-    if not 1 <= len(arguments) <= 2:
-        raise UserError("recover what? python -m tools.recover <file.mcap.part or damaged file.mcap> [<new file.mcap>]")
-    target = Path(arguments[1]) if len(arguments) == 2 else None
-    if target is not None and target.suffix != MCAP:
-        raise UserError(f"the new file's name must end in {MCAP}, not {target.name!r}")
-    episode, path = recover(Path(arguments[0]), target)
+    parsed = parse_arguments(RecoverArguments, arguments)
+    episode, path = recover(parsed.file, parsed.target)
     print(f"{episode.steps} steps saved, {episode.outcome}, in {path}")
 
 
 if __name__ == "__main__":
-    run(main, str(__doc__))
+    run(main, help_text(__doc__, RecoverArguments))

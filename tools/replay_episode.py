@@ -1,14 +1,16 @@
-"""Does a recorded episode happen again? `python -m tools.replay_episode FILE…`.
+"""Does a recorded episode happen again? `python -m tools.replay_episode runs/mine/episodes`.
 
 Runs the recorded actions in the recorded configuration, from the same start to the same goal, and compares the physical
-state after each step, to the last bit. A folder stands for the recordings in it. The exit status is 1 if any differs,
+state after each step, to the last bit. The exit status is 1 if any differs,
 2 if any cannot be run again.
 """
 
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from importlib import metadata
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import gymnasium
@@ -17,16 +19,26 @@ import numpy as np
 from asddpg.build import make_environment, navigation_env
 from asddpg.episodes.protocols import Action
 from asddpg.errors import UserError
+from asddpg.options.help_text import help_text
+from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
 from asddpg.recording.files.reading import Recording, open_recording
 from asddpg.recording.samples import NANOSECONDS
 from asddpg.runs.provenance import environment_hash
 from asddpg.runs.run_folder import training_in
 from tasks.errors import TaskError
+from tasks.options import argument
 from tools.recordings.files import files_named
 
 RUNNING = "running"
 OPEN_ENDS = ("cut", RUNNING)  # outcomes of recordings that do not tell how the episode ended
+
+
+@dataclass(frozen=True)
+class ReplayArguments:
+    """The recordings to run again."""
+
+    recordings: list[Path] = argument("Recordings, or folders of them.")
 
 
 class ReplayResult(NamedTuple):
@@ -106,9 +118,7 @@ def _versions(facts: Mapping[str, str]) -> str:
 
 def main(arguments: Sequence[str]) -> None:
     """Run all again, a line each."""
-    if not arguments:
-        raise UserError("run what again? python -m tools.replay_episode <file.mcap or folder>…")
-    files = files_named(arguments)
+    files = files_named(parse_arguments(ReplayArguments, arguments).recordings)
     status = 0
     for path in files:
         try:
@@ -127,4 +137,4 @@ def main(arguments: Sequence[str]) -> None:
 
 
 if __name__ == "__main__":
-    run(main, str(__doc__))
+    run(main, help_text(__doc__, ReplayArguments))

@@ -1,20 +1,28 @@
-"""Properties of the robot, from the compiled model: `python -m tools.robot_figures`, with `json` for machine reading.
-
-A task or a path to an .xml scene with the robot may stand beside it: `python -m tools.robot_figures nav_complex json`.
-"""
+"""Properties of the robot, from the compiled model: `python -m tools.robot_figures`."""
 
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
-from asddpg.errors import UserError
+from asddpg.options.help_text import help_text
+from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
+from tasks.options import argument, option
 from tasks.physics import FloatArray
 from tasks.scene.loading import open_scene
 from tools.robot.robot_model import RobotModel
-from tools.robot.scene_argument import ROBOT, scene_file
+from tools.robot.scene_argument import ROBOT, SCENE, scene_file
+
+
+@dataclass(frozen=True)
+class RobotFiguresArguments:
+    """The scene with the robot, and the form of its figures."""
+
+    scene: str = argument("A task, pioneer for the robot alone, or a path to an .xml scene with it.", ROBOT, SCENE)
+    json: bool = option(False, "Whether they are printed as JSON, for machines.")
 
 
 class Quantity(NamedTuple):
@@ -150,12 +158,10 @@ def _rounded(values: Sequence[float | str]) -> list[float | str]:
 
 def main(arguments: Sequence[str]) -> None:
     """Print."""
-    scenes = [argument for argument in arguments if argument != "json"]
-    if len(scenes) > 1:
-        raise UserError(f"one scene at a time, not {' and '.join(scenes)}; beside it the word json")
-    physics = open_scene(scene_file(scenes[0] if scenes else ROBOT))
+    parsed = parse_arguments(RobotFiguresArguments, arguments)
+    physics = open_scene(scene_file(parsed.scene))
     sections = measure_robot(RobotModel(physics.model.ptr))
-    if "json" in arguments:
+    if parsed.json:
         plain = {title: {name: f._asdict() for name, f in section.items()} for title, section in sections.items()}
         print(json.dumps(plain, ensure_ascii=False, indent=2))
     else:
@@ -163,4 +169,4 @@ def main(arguments: Sequence[str]) -> None:
 
 
 if __name__ == "__main__":
-    run(main, str(__doc__))
+    run(main, help_text(__doc__, RobotFiguresArguments))

@@ -1,30 +1,39 @@
 """Drive the robot by keyboard in MuJoCo's viewer: `python -m tools.teleop nav_complex`.
 
-The word is a task, `pioneer` for the robot on an open floor, or a path to any .xml scene; one without the robot is
-opened too, to be looked at.
+A scene without the robot is opened too, to be looked at.
 """
 
 import queue
 from collections.abc import Sequence
+from dataclasses import dataclass
 from typing import Any
 
 import mujoco
 import numpy as np
 
 import tasks
-from asddpg.errors import UserError
+from asddpg.options.help_text import help_text
+from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
+from tasks.options import argument
 from tasks.physics import Physics
 from tasks.registry import make_rule
 from tasks.room_geometry.start_goal import PairRule
 from tasks.scene.checks import find_missing_elements
 from tasks.scene.loading import load_model, robot_physics
 from tools.robot.pacing import RealTimeClock
-from tools.robot.scene_argument import ROBOT, scene_file
+from tools.robot.scene_argument import SCENE, scene_file
 from tools.robot.teleop_keys import BACKSPACE, HELP, Teleop
 from tools.robot.viewer import check_screen, open_viewer
 
 FRAME = 0.02  # s between two pictures; the command may change with each
+
+
+@dataclass(frozen=True)
+class TeleopArguments:
+    """The scene to drive in."""
+
+    scene: str = argument("A task, pioneer for the robot on an open floor, or a path to any .xml scene.", values=SCENE)
 
 
 class TeleopSession:
@@ -114,9 +123,8 @@ def show(viewer: Any, status: dict[str, str]) -> None:
 
 def main(arguments: Sequence[str]) -> None:
     """Open the scene and drive."""
-    if len(arguments) != 1:
-        raise UserError(f"name one scene: {', '.join(tasks.ALL_TASKS)}, {ROBOT}, or a path to an .xml")
-    path = scene_file(arguments[0])
+    scene = parse_arguments(TeleopArguments, arguments).scene
+    path = scene_file(scene)
     model = load_model(path)
     check_screen()
     missing = find_missing_elements(model)
@@ -125,9 +133,9 @@ def main(arguments: Sequence[str]) -> None:
         look(model)
         return
     print("\n".join(f"  {keys:<12} {meaning}" for keys, meaning in HELP), flush=True)
-    rule = make_rule(arguments[0], model) if arguments[0] in tasks.ALL_TASKS else None
+    rule = make_rule(scene, model) if scene in tasks.ALL_TASKS else None
     drive(TeleopSession(robot_physics(model, path), rule))
 
 
 if __name__ == "__main__":
-    run(main, str(__doc__))
+    run(main, help_text(__doc__, TeleopArguments))

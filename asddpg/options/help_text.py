@@ -2,6 +2,7 @@
 
 import dataclasses
 import inspect
+import re
 import textwrap
 from collections.abc import Iterator, Mapping
 from dataclasses import MISSING
@@ -90,12 +91,12 @@ def range_text(option: Option) -> str:
 
 def markdown(doc: str | None, kind: type, choices: Choices | None = None) -> str:
     """The same as a section of a Markdown document."""
-    parts = [(doc or "").strip()]
+    parts = [_escaped((doc or "").strip())]
     for name, presets in (choices or {}).items():
-        rows = [f"| `{name}={preset}` | {text} |" for preset, text in presets.items()]
+        rows = [f"| `{name}={preset}` | {_escaped(text)} |" for preset, text in presets.items()]
         parts.append("\n".join([f"| `{name}=` | |", "|---|---|", *rows]))
     for group in groups_of(kind):
-        title = f"**`{group.name}`** – {group.meaning}\n\n" if group.name else ""
+        title = f"**`{group.name}`** – {_escaped(group.meaning)}\n\n" if group.name else ""
         parts.append(
             f"{title}| option | default | values | meaning |\n|---|---|---|---|\n" + "\n".join(map(_row, group.options))
         )
@@ -105,5 +106,11 @@ def markdown(doc: str | None, kind: type, choices: Choices | None = None) -> str
 def _row(option: Option) -> str:
     name = option.name if option.is_named else label(option)
     default = "required" if option.value is MISSING else f"`{write_value(option.value)}`"
-    cells = (f"`{name}`", default, range_text(option), option.meaning)
-    return f"| {' | '.join(cell.replace('|', chr(92) + '|') for cell in cells)} |"
+    return f"| `{name}` | {default} | {_escaped(range_text(option))} | {_escaped(option.meaning)} |"
+
+
+def _escaped(text: str) -> str:
+    """A text for Markdown, which leaves what stands in backquotes as it is."""
+    parts = text.split("`")
+    parts[::2] = [re.sub(r"([*<|])", r"\\\1", part) for part in parts[::2]]
+    return "`".join(parts)

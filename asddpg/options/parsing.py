@@ -19,12 +19,13 @@ class NoArguments:
     """Of a program that takes none."""
 
 
-def parse_arguments(kind: type[Arguments], arguments: Sequence[str]) -> Arguments:
+def parse_arguments(kind: type[Arguments], arguments: Sequence[str], may_repeat: bool = False) -> Arguments:
     """The arguments of a program.
 
     Args:
         kind: a dataclass of options and, before them, of positional arguments; the last of those may be a list.
         arguments: of the command line, each name=value or, by their order, positional.
+        may_repeat: whether an option may be given several times; the last counts.
 
     Raises:
         UserError: one is unknown, given twice, of another type or out of range, or one is missing.
@@ -33,6 +34,7 @@ def parse_arguments(kind: type[Arguments], arguments: Sequence[str]) -> Argument
     named = {option.name: option for option in options if option.is_named}
     positional = [option for option in options if not option.is_named]
     values: dict[str, Any] = {}
+    texts: dict[str, str] = {}
     plain: list[str] = []
     for argument in arguments:
         name, equals, text = argument.partition("=")
@@ -40,9 +42,9 @@ def parse_arguments(kind: type[Arguments], arguments: Sequence[str]) -> Argument
             plain.append(argument)
             continue
         option = find_option(argument, named)
-        if name in values:
-            raise UserError(f"{name} is given twice")
-        values[name] = read_value(option, text)
+        if name in texts and not may_repeat:
+            raise UserError(f"{name} is given twice, as {truncated_repr(texts[name])} and {truncated_repr(text)}")
+        texts[name], values[name] = text, read_value(option, text)
     values |= _assign(positional, plain)
     for option in options:
         if option.name not in values and option.value is MISSING:
@@ -102,7 +104,10 @@ def _item(option: Option) -> Option:
 
 def _refuse_surplus(options: Sequence[Option], plain: Sequence[str]) -> NoReturn:
     shown = ", ".join(map(truncated_repr, plain[:3])) + ", …" * (len(plain) > 3)
-    raise UserError(f"{' and '.join(map(label, options))}: {len(options)} at most, not {len(plain)}: {shown}")
+    taken = (
+        f"{len(options)} argument{'s' * (len(options) > 1)} without a name at most, {' and '.join(map(label, options))}"
+    )
+    raise UserError(f"the program takes {taken}, not {len(plain)}: {shown}")
 
 
 def is_list(option: Option) -> bool:

@@ -6,7 +6,7 @@ from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
-from asddpg.runs.state_files import DamagedStateError, digest_of, to_disk
+from asddpg.runs.state_files import DamagedStateError, file_digest, to_disk
 
 # No other file is ever truncated or removed, whatever names a training state holds.
 PATTERNS = ("metrics.csv", "timing.csv", "validation.csv", "steps.f32", "tensorboard/events.*")
@@ -19,7 +19,7 @@ def lengths(run: Path) -> dict[str, dict[str, Any]]:
     found = {}
     for path in _present(run):
         to_disk(path)
-        found[str(path.relative_to(run))] = {"bytes": path.stat().st_size, "sha256": digest_of(path)}
+        found[str(path.relative_to(run))] = {"bytes": path.stat().st_size, "sha256": file_digest(path)}
     return found
 
 

@@ -19,7 +19,7 @@ from tests.support.small_runs import QUICK, assert_same_run, assert_same_tree, s
 pytestmark = pytest.mark.faults
 
 COUNT = scaled(100)
-FILES = (state_files.STATE, state_files.ARRAYS, state_files.TENSORS, state_files.SUMS)
+FILES = (state_files.STATE, state_files.ARRAYS, state_files.SUMS)
 RESUMED_EACH = 10  # every so many damaged runs are resumed and compared with the unbroken one
 
 

@@ -158,8 +158,8 @@ def test_a_reset_clears_crash_and_pushed_things() -> None:
 @pytest.mark.parametrize(
     ("values", "sentence"),
     [
-        ({"control_timestep": 0.0}, "control_timestep must be greater than 0"),
-        ({"goal_radius": -1.0}, "goal_radius must be greater than 0"),
+        ({"control_timestep": 0.013}, "multiple of the physics step"),
+        ({"goal_radius": -1.0}, "goal_radius must be from 0.1 to 2 m"),
         ({"max_linear_velocity": 3.0}, "up to the robot's 1.199"),
         ({"max_angular_velocity": -1.0}, "above 0"),
     ],

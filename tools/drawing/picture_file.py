@@ -8,26 +8,23 @@ from PIL import Image
 from asddpg.errors import UserError
 from tasks.graphics.headless import mujoco
 from tasks.graphics.rendering import OffscreenRenderer
+from tasks.options import Range
 
 MAX_SIDE_PX = 4096  # px
 
 
-def picture_size(value: str) -> tuple[int, int]:
-    """Width and height in px from a word as 1280x800; UserError where it is none."""
-    match = re.fullmatch(r"(\d{1,5})x(\d{1,5})", value)
-    width, height = (int(match[1]), int(match[2])) if match else (0, 0)
-    if not (0 < width <= MAX_SIDE_PX and 0 < height <= MAX_SIDE_PX):
-        raise UserError(f"size must be as in 1280x800, at most {MAX_SIDE_PX}x{MAX_SIDE_PX} px, not {value!r}")
-    return width, height
+def picture_size(text: str) -> tuple[int, int]:
+    """Width and height in px of a text such as 1280x800; 0 and 0 of any other."""
+    match = re.fullmatch(r"([0-9]{1,5})x([0-9]{1,5})", text)
+    return (int(match[1]), int(match[2])) if match else (0, 0)
 
 
-def picture_file(value: str, endings: tuple[str, ...] = (".png", ".jpg", ".jpeg")) -> Path:
-    """Where a picture goes; UserError where the name does not end as one's."""
-    file = Path(value)
-    if file.suffix.lower() not in endings:
-        wanted = " or ".join(ending for ending in endings if ending != ".jpeg")
-        raise UserError(f"the picture's file must end in {wanted}, not {file.name!r}")
-    return file
+PICTURE_SIZE = Range(
+    lambda text: all(0 < side <= MAX_SIDE_PX for side in picture_size(text)),
+    f"as in 1280x800, at most {MAX_SIDE_PX}x{MAX_SIDE_PX} px",
+)
+PNG_FILE = Range(lambda path: path.suffix.lower() == ".png", "a path that ends in .png")
+PICTURE_FILE = Range(lambda path: path.suffix.lower() in (".png", ".jpg", ".jpeg"), "a path that ends in .png or .jpg")
 
 
 def open_renderer(model: mujoco.MjModel, width: int, height: int) -> OffscreenRenderer:

@@ -3,25 +3,19 @@
 from pathlib import Path
 
 import tasks
-from asddpg.errors import UserError
+from tasks.options import Range
 from tasks.scene.loading import MODELS, scene_path
 
 ROBOT = "pioneer"
 ROBOT_SCENE = MODELS / "pioneer" / "scene.xml"
+SCENE = Range(
+    lambda name: name in (*tasks.ALL_TASKS, ROBOT) or name.endswith(".xml"),
+    f"{', '.join(tasks.ALL_TASKS)}, {ROBOT} or a path to an .xml",
+)
 
 
-def scene_file(argument: str) -> Path:
-    """The scene file that an argument names.
-
-    Raises:
-        UserError: it names neither a task, nor the robot, nor an .xml file.
-    """
-    if argument in tasks.ALL_TASKS:
-        return scene_path(argument)
-    if argument == ROBOT:
-        return ROBOT_SCENE
-    if argument.endswith(".xml"):
-        return Path(argument)
-    raise UserError(
-        f"there is no scene {argument!r}; there are {', '.join(tasks.ALL_TASKS)}, {ROBOT}, or a path to an .xml"
-    )
+def scene_file(name: str) -> Path:
+    """The file of a scene that SCENE includes."""
+    if name in tasks.ALL_TASKS:
+        return scene_path(name)
+    return ROBOT_SCENE if name == ROBOT else Path(name)

@@ -15,7 +15,7 @@ from asddpg.runs.lock import RunLock
 from asddpg.runs.training_states import TrainingStates
 from tests.support.small_runs import QUICK, assert_same_run, at_step, stopped
 
-FILES = (state_files.STATE, state_files.ARRAYS, state_files.TENSORS, state_files.SUMS)
+FILES = (state_files.STATE, state_files.ARRAYS, state_files.SUMS)
 
 
 class Evil:
@@ -98,7 +98,7 @@ def test_right_checksums_do_not_make_it_a_checkpoint(run: Path, name: str) -> No
     for content in (pickle.dumps(Evil()), b"[]", b"{}", b"\x93NUMPY" + bytes(200), bytes(8) + b"{}"):
         (folder / name).write_bytes(content)
         if name != state_files.SUMS:
-            (folder / state_files.SUMS).write_text(state_files._sums(folder))
+            (folder / state_files.SUMS).write_text(state_files._checksums(folder))
         assert newest_step(run)[0] == 100
     assert not Path("ran").exists()
 
@@ -106,10 +106,13 @@ def test_right_checksums_do_not_make_it_a_checkpoint(run: Path, name: str) -> No
 def test_the_one_before_is_used_and_the_result_is_the_same(
     run: Path, unbroken: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    flip(run / "resume/step_00000135/arrays.npz")
+    flip(run / "resume/step_00000135/arrays.safetensors")
     train.main([f"resume={run}"])
     said = capsys.readouterr().out
-    assert "note: the training state run/resume/step_00000135 is damaged: arrays.npz does not have the checksum" in said
+    assert (
+        "note: the training state run/resume/step_00000135 is damaged: arrays.safetensors does not have the checksum"
+        in said
+    )
     assert "resuming run at step 100 of 240" in said
     assert_same_run(unbroken, run)
 
@@ -125,7 +128,7 @@ def test_a_checkpoint_half_written_is_none(run: Path, unbroken: Path) -> None:
 
 
 def test_both_damaged_is_one_sentence(run: Path) -> None:
-    for path in (run / "resume").glob("*/weights.safetensors"):
+    for path in (run / "resume").glob("*/arrays.safetensors"):
         flip(path)
     logged = (run / "metrics.csv").read_bytes()
     with pytest.raises(UserError, match=r"step_00000135 is damaged: .*step_00000100 is damaged: .*no other") as caught:

@@ -14,7 +14,6 @@ from hypothesis.extra import numpy as of_numpy
 from asddpg.algorithm.replay import BalancedReplay, ReplayBuffer, Transition
 from asddpg.episodes.protocols import Driver
 from asddpg.runs import state_files
-from asddpg.runs.state_files import DamagedStateError
 from tests.support.small_runs import assert_same_tree
 
 # The same examples each time.
@@ -38,7 +37,7 @@ SHAPES = of_numpy.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=5)
 def arrays(draw: st.DrawFn) -> np.ndarray[Any, Any]:
     """Any bits, those of denormal numbers and of every NaN among them."""
     dtype, shape = (
-        np.dtype(draw(st.sampled_from(["<i1", "<i8", ">u4", "<u8", "<f2", "<f4", ">f8", "<f8"]))),
+        np.dtype(draw(st.sampled_from(["i1", "i8", "u4", "u8", "f2", "f4", "f8"]))),
         draw(SHAPES),
     )
     size = int(np.prod(shape)) * dtype.itemsize
@@ -55,7 +54,7 @@ TENSORS = st.builds(
 )
 PLAIN = st.one_of(st.none(), st.booleans(), st.integers(-(2**200), 2**200), FLOATS, st.text(), st.sampled_from(Driver))
 # Names that stand for something in the files, in a zip, in NumPy's or in safetensors' own.
-ODD = ["inline array", "array", "tensor", "mapping", "dtype", "shape", "file", "allow_pickle", "__metadata__", "", "."]
+ODD = ["array", "tensor", "mapping", "dtype", "shape", "file", "allow_pickle", "__metadata__", "", "."]
 KEYS = st.one_of(st.text(max_size=8), st.sampled_from([*ODD, "a", "a.b", "a.npy", "../a", "a/b", "0"]))
 TREES = st.dictionaries(
     KEYS,
@@ -102,7 +101,18 @@ def test_views_and_tensors_that_share_memory() -> None:
 
 
 @pytest.mark.parametrize(
-    "value", [object(), {1: 2}, {None: 1}, np.array([object()]), np.array(["a"]), np.float32(1), b"a", {1, 2}]
+    "value",
+    [
+        object(),
+        {1: 2},
+        {None: 1},
+        np.array([object()]),
+        np.array([1], ">i4"),
+        np.array(["a"]),
+        np.float32(1),
+        b"a",
+        {1, 2},
+    ],
 )
 def test_what_would_not_come_back_is_refused(value: object, tmp_path: Path) -> None:
     with pytest.raises(TypeError):
@@ -167,17 +177,3 @@ def test_a_ring_of_another_size_is_refused_where_its_order_would_be_lost(kept: i
     else:
         with pytest.raises(ValueError, match="cannot take"):
             other.load_state(one.state())
-
-
-# The episode in progress ------------------------------------------------------------------------------------------
-
-NUMBERS = of_numpy.arrays(np.float32, 2, elements=st.floats(-1, 1, width=32, allow_subnormal=False))
-
-
-def test_files_that_unpack_to_more_than_they_are_are_refused(tmp_path: Path) -> None:
-    """As a stranger may have made them, with right checksums."""
-    state_files.write(tmp_path, {"rows": np.zeros((1000, 1000))})
-    np.savez_compressed(tmp_path / state_files.ARRAYS, np.zeros((1000, 1000)))
-    (tmp_path / state_files.SUMS).write_text(state_files._sums(tmp_path))
-    with pytest.raises(DamagedStateError, match="unpacks to more"):
-        state_files.read(tmp_path)

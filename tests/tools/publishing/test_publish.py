@@ -242,20 +242,20 @@ def test_nothing_is_left_half_written(finished_run: RunFolder, shelf: Path, monk
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        ([], "which run under which name"),
-        (["run={run}"], "which run under which name"),
+        ([], "run= is missing"),
+        (["run={run}"], "name= is missing"),
         (["run={run}", "name=../x"], "small letters"),
         (["run={run}", "name=x", "checkpoint=first"], "last or best"),
-        (["run={run}", "name=x", "overwrite=yes"], "true or false"),
+        (["run={run}", "name=x", "overwrite=perhaps"], "true or false"),
         (["run={run}", "name=x", "episodes=201"], "from 1 to 200"),
-        (["run={run}", "name=x", "nmae=x"], "no option 'nmae'; there are run, name"),
-        (["run={run}", "name=x", "name=y"], "name is given twice, as x and y"),
+        (["run={run}", "name=x", "nmae=x"], "no option 'nmae'; did you mean name"),
+        (["run={run}", "name=x", "name=y"], "name is given twice, as 'x' and 'y'"),
         (["run={run}", "x"], "form name=value"),
         (["run=nowhere", "name=x"], "not the folder of a run"),
         (["run=pretrained:x", "name=y"], "not the folder of a run"),
     ],
 )
-def test_wrong_words(arguments: list[str], sentence: str, finished_run: RunFolder, shelf: Path) -> None:
+def test_invalid_arguments(arguments: list[str], sentence: str, finished_run: RunFolder, shelf: Path) -> None:
     with pytest.raises(UserError, match=sentence):
         publish.main([argument.format(run=finished_run.path) for argument in arguments])
     assert not shelf.exists()
@@ -285,7 +285,7 @@ def test_the_card_says_how_the_seed_was_chosen_and_the_training_is_left_as_it_wa
     opened = open_trained(str(finished_run.path))
     monkeypatch.setattr(publish, "open_trained", lambda *_: opened)
     before = copy.deepcopy(opened.config)
-    publish.main([f"run={finished_run.path}", "name=noted", "episodes=1", "note=Seed 3 of five,\n  mean 0.95."])
+    publish.main([f"run={finished_run.path}", "name=noted", "episodes=1", "note=Seed 3 of five,  mean 0.95."])
     assert "\n\nSeed 3 of five, mean 0.95.\n" in open_pretrained("noted").card.read_text()
     assert opened.config == before
     assert before.run_dir is not None

@@ -57,7 +57,7 @@ def test_steps_are_exported(
     folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], kind: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    listed(capsys, folder, "task=nav_gazebo", "--export", kind)
+    listed(capsys, folder, "task=nav_gazebo", f"export=steps.{kind}")
     steps = [(path, step) for path in sorted(folder.glob("gazebo/*/*.mcap")) for step in open_recording(path).steps()]
     if kind == "csv":
         with (tmp_path / "steps.csv").open(newline="") as file:
@@ -93,16 +93,16 @@ def test_a_folder_of_damaged_files_is_listed(folder: Path, tmp_path: Path, capsy
     assert "Traceback" not in out
 
 
-def test_wrong_words(folder: Path, tmp_path: Path) -> None:
+def test_invalid_arguments(folder: Path, tmp_path: Path) -> None:
     for arguments, sentence in (
-        ([], "list which recordings"),
-        ([folder, "outcome=lost"], "there are reached, crashed, timeout, cut, running"),
-        ([folder, "outcome="], "there is no outcome"),
-        ([folder, "task=nav_cellar"], "there is no task 'nav_cellar'; there are"),
-        ([folder, "min_steps=-1"], "a whole number"),
-        ([folder, "steps=3"], "there is no option 'steps'; there are"),
+        ([], "FOLDER is missing"),
+        ([folder, "outcome=lost"], "outcome must be some of reached, crashed, timeout, cut, running"),
+        ([folder, "outcome="], "no value"),
+        ([folder, "task=nav_cellar"], "task must be nav_empty"),
+        ([folder, "min_steps=-1"], "0 or more"),
+        ([folder, "steps=3"], "there is no option 'steps'; did you mean min_steps"),
         ([folder, "export=steps.xls"], "must end in .csv or .parquet"),
-        ([folder, "--export", "xls"], "csv or parquet"),
+        ([folder, "--export", "csv"], "at most, .*, not 3"),
         ([folder, f"export={tmp_path}/none/steps.csv"], "there is no folder"),
         ([folder, "min_steps=100000", f"export={tmp_path}/steps.csv"], "no step to export"),
         ([tmp_path / "nowhere"], "there is no folder"),

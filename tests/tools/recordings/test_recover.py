@@ -265,7 +265,7 @@ def test_what_cannot_be_recovered_is_a_sentence(part: Path, recording: Path, tmp
     at_goal = whole.index(b"/cmd_vel")
     (tmp_path / "stepless.mcap.part").write_bytes(whole[:at_goal])
     for arguments, sentence in (
-        ([], "recover what"),
+        ([], "FILE is missing"),
         ([tmp_path / "none.mcap.part"], "cannot be read: No such file"),
         ([tmp_path], "cannot be read: Is a directory"),
         ([tmp_path / "empty.mcap.part"], "nothing of .* can be recovered, its beginning is not whole"),
@@ -274,7 +274,7 @@ def test_what_cannot_be_recovered_is_a_sentence(part: Path, recording: Path, tmp
         ([tmp_path / "stepless.mcap.part"], "holds no whole step"),
         ([recording], "is whole, there is nothing to recover"),
         ([changed(recording, tmp_path / "others.mcap", of_others)], "a recording of another program"),
-        ([part, tmp_path / "new.txt"], "must end in .mcap"),
+        ([part, tmp_path / "new.txt"], "a path that ends in .mcap"),
         ([part, tmp_path / "nowhere" / "new.mcap"], "cannot be written: No such file"),
     ):
         with pytest.raises(UserError, match=sentence):

@@ -142,12 +142,12 @@ def test_one_damaged_file_does_not_stop_the_others(
     assert "the same to the last bit" in said.out
 
 
-def test_wrong_words(tmp_path: Path, recording: Path) -> None:
+def test_invalid_arguments(tmp_path: Path, recording: Path) -> None:
     below = tmp_path / "some" / "where"
     below.mkdir(parents=True)
     shutil.copy(recording, below)
     for arguments, sentence in (
-        ([], "run what again"),
+        ([], "RECORDINGS… is missing"),
         (["nowhere.mcap"], "there is no file or folder nowhere.mcap"),
         ([str(tmp_path)], "there are no recordings"),
         ([str(tmp_path)], f"there are some in {below}"),

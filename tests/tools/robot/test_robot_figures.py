@@ -81,7 +81,7 @@ def test_the_table_is_aligned_and_json_holds_the_same(capsys: pytest.CaptureFixt
     (total,) = (line for line in lines if line.startswith("  total"))
     (track,) = (line for line in lines if line.startswith("  track"))
     assert total.index(" kg") == track.index(" m ")
-    robot_figures.main(["nav_empty", "json"])
+    robot_figures.main(["nav_empty", "json=true"])
     read = json.loads(capsys.readouterr().out)
     assert read["mass"]["total"]["value"] == pytest.approx(float(total.split()[1]), rel=1e-3)
     assert read["drive"]["track"]["unit"] == "m"

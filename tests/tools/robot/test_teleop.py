@@ -113,8 +113,8 @@ def test_a_scene_without_the_robot_is_shown_only(
 
 
 def test_invalid_arguments() -> None:
-    for arguments in ([], ["nav_empty", "nav_simple"]):
-        with pytest.raises(UserError, match="name one scene: nav_empty"):
+    for arguments, sentence in (([], "SCENE is missing"), (["nav_empty", "nav_simple"], "at most, .*, not 2")):
+        with pytest.raises(UserError, match=sentence):
             teleop.main(arguments)
 
 
