@@ -1,7 +1,7 @@
 """Where does the actor of a run fail? `python -m tools.diagnose run=runs/mine`.
 
 Drives the stored validation pairs with each snapshot of the run: the actor alone, actor and controller together, and
-once the controller alone. Writes diagnosis.json and plots into the run's folder, under diagnosis/; docs/instruments.md
+once the controller alone. Writes diagnosis.json and plots into the run's folder, under diagnosis/; docs/guides/diagnosis.md
 says how to read them. Options:
 
   run=runs/mine      folder of a training run, finished or in progress

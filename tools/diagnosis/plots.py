@@ -1,4 +1,4 @@
-"""The plots of a diagnosis, each a file; docs/instruments.md shows them and says how to read them."""
+"""The plots of a diagnosis, each a file; docs/guides/diagnosis.md shows them and says how to read them."""
 
 from collections.abc import Sequence
 from pathlib import Path

@@ -165,5 +165,5 @@ def test_help_needs_no_run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.Captu
     monkeypatch.setattr(sys, "argv", ["diagnose", "-h"])
     program.run(diagnose.main, str(diagnose.__doc__))
     printed = capsys.readouterr().out
-    for name in ("run=", "every=", "episodes=", "docs/instruments.md"):
+    for name in ("run=", "every=", "episodes=", "docs/guides/diagnosis.md"):
         assert name in printed
