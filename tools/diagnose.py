@@ -1,8 +1,8 @@
 """Where does the actor of a run fail? `python -m tools.diagnose run=runs/mine`.
 
-Drives the stored validation pairs with each snapshot of the run: the actor alone, actor and controller together, and
-once the controller alone. Writes diagnosis.json and plots into the run's folder, under diagnosis/; docs/guides/diagnosis.md
-says how to read them. Options:
+Drives the stored validation pairs with each snapshot of the run: the actor alone, the switched policy, and once the
+controller alone. Writes diagnosis.json and plots into the run's folder, under diagnosis/; docs/guides/diagnosis.md says
+how to read them. Options:
 
   run=runs/mine      folder of a training run, finished or in progress
   every=1            1 takes every snapshot, 2 every second one, counted from the last
@@ -25,7 +25,7 @@ from asddpg.runs.run_folder import RunFolder, open_run_folder, read_training, wr
 from asddpg.runs.safe_loading import OURS
 from tasks.evaluation_pairs import stored_pairs
 from tasks.room_geometry.obstacles import Obstacles
-from tools.diagnosis.run_diagnosis import Diagnosis, Examination, Snapshot, as_json, diagnosis_of
+from tools.diagnosis.run_diagnosis import Diagnosis, Examiner, Snapshot, make_diagnosis, to_json
 from tools.diagnosis.training_metrics import read_training_metrics
 from tools.drawing.matplotlib_check import check_matplotlib
 from tools.option_arguments import options_in
@@ -62,7 +62,7 @@ def _number(name: str, value: str) -> int:
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Drive, reckon, write, draw."""
+    """Drive, compute metrics, write, draw."""
     asked = wish(arguments)
     folder = open_run_folder(asked.run)
     config, provenance = read_training(folder.config, asked.controller)
@@ -71,31 +71,31 @@ def main(arguments: Sequence[str]) -> None:
     prepare_torch()
     environment = make_environment(config.task, config.reward)
     agent = make_agent(config, environment, next(iter(folder.snapshots()), None))
-    weights = weights_of(folder, agent, asked.every)
+    weights = list_weights(folder, agent, asked.every)
     if environment_hash(environment) != provenance.get("model_hash"):
         print("note: the scene's model is not the one this run was trained on")
     has_steps = folder.steps.is_file()
     if agent.controller and not has_steps:
-        print(f"note: there is no {folder.steps}, so nothing is told of whom the switch preferred in training")
-    # Before the driving, which takes minutes: the logs may be damaged.
+        print(f"note: there is no {folder.steps}, so the switch's preference in training is unknown")
+    # Before the driving, which takes minutes: damaged logs stop it here.
     training = read_training_metrics(folder.metrics, folder.steps if agent.controller and has_steps else None)
     pairs = stored_pairs(config.task.name, "validation", config.task.goal_radius)[: asked.episodes]
     folder.diagnosis.mkdir(exist_ok=True)
-    examination = Examination(config, environment, agent, pairs)
-    snapshots = [_examined(examination, agent, path) for path in weights]
-    diagnosis = diagnosis_of(str(folder.path), config, examination, snapshots, training)
-    write_json(folder.diagnosis / "diagnosis.json", as_json(diagnosis))
+    examiner = Examiner(config, environment, agent, pairs)
+    snapshots = [_examine(examiner, agent, path) for path in weights]
+    diagnosis = make_diagnosis(str(folder.path), config, examiner, snapshots, training)
+    write_json(folder.diagnosis / "diagnosis.json", to_json(diagnosis))
     obstacles = Obstacles.from_model(environment.get_wrapper_attr("physics").model.ptr)
-    _draw(diagnosis, obstacles, examination, folder.diagnosis)
+    _draw(diagnosis, obstacles, examiner, folder.diagnosis)
     print(f"written to {folder.diagnosis}")
 
 
-def weights_of(folder: RunFolder, agent: AsDDPG, every: int) -> list[Path]:
-    """The weights to look at, oldest first: the snapshots, and the last checkpoint where training went on after them.
+def list_weights(folder: RunFolder, agent: AsDDPG, every: int) -> list[Path]:
+    """The weights to diagnose, oldest first: the snapshots, and the last checkpoint if it is newer.
 
     Args:
         folder: of the run.
-        agent: takes up weights, to tell which are newer.
+        agent: loads weights, to find which are newer.
         every: 2 for every second one, counted from the last.
 
     Raises:
@@ -112,18 +112,18 @@ def weights_of(folder: RunFolder, agent: AsDDPG, every: int) -> list[Path]:
     return snapshots[::-1][::every][::-1]
 
 
-def _examined(examination: Examination, agent: AsDDPG, path: Path) -> Snapshot:
-    snapshot = examination.of_snapshot(weights_file.load(path, agent))
-    reached = {"actor alone": snapshot.actor, "pair": snapshot.pair}
-    shares = [f"{name} reaches {metrics.success_rate.value:.2f}" for name, metrics in reached.items() if metrics]
-    print(f"step {snapshot.step}: {', '.join(shares)}", flush=True)
+def _examine(examiner: Examiner, agent: AsDDPG, path: Path) -> Snapshot:
+    snapshot = examiner.examine_snapshot(weights_file.load(path, agent))
+    drivers = {"actor alone": snapshot.actor, "switched policy": snapshot.switched}
+    rates = [f"{name} {metrics.success_rate.value:.2f}" for name, metrics in drivers.items() if metrics]
+    print(f"step {snapshot.step}: success rate {', '.join(rates)}", flush=True)
     return snapshot
 
 
-def _draw(diagnosis: Diagnosis, obstacles: Obstacles, examination: Examination, folder: Path) -> None:
-    from tools.diagnosis.plots import draw  # only here: -h and wrong words need no matplotlib
+def _draw(diagnosis: Diagnosis, obstacles: Obstacles, examiner: Examiner, folder: Path) -> None:
+    from tools.diagnosis.plots import draw  # only here: --help needs no matplotlib
 
-    draw(diagnosis, obstacles, examination.by_actor, folder)
+    draw(diagnosis, obstacles, examiner.by_actor, folder)
 
 
 if __name__ == "__main__":

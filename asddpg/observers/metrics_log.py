@@ -136,4 +136,4 @@ def _appended(path: Path, columns: Sequence[str]) -> tuple[TextIO, Any]:
     return file, table
 
 
-_WINDOWED = {"reach": "reached", "crash": "crashed", "timeout": "timeout"}
+_WINDOWED = {"success": "reached", "collision": "crashed", "timeout": "timeout"}

@@ -89,7 +89,7 @@ def test_evaluating_a_run(finished_run: Path, driver: str, capsys: pytest.Captur
     evaluate.main([f"run={finished_run}", "episodes=2", f"driver={driver}", "checkpoint=best"])
     assert "success rate" in capsys.readouterr().out
     found = json.loads((finished_run / "evaluation.json").read_text())
-    rates = [found[f"{name}_rate"]["value"] for name in ("reach", "crash", "timeout")]
+    rates = [found[f"{name}_rate"]["value"] for name in ("success", "collision", "timeout")]
     assert sum(rates) == pytest.approx(1.0)
     assert found["driver"] == driver
 

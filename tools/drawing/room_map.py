@@ -1,4 +1,4 @@
-"""A room seen from above: what stands in it, shares by place, and where episodes ended."""
+"""A map of a room: obstacles, shares by place, and where episodes ended."""
 
 from collections.abc import Sequence
 
@@ -11,10 +11,10 @@ from tools.diagnosis.rollouts import Rollout
 from tools.diagnosis.step_metrics import Cell
 from tools.drawing.plot_style import ACTOR, CONTROLLER, SHARES
 
-MARGIN = 0.15  # m of wall to see around the room
+MARGIN = 0.15  # m of wall shown around the room
 
-# How an episode's end is named and drawn: name, colour, marker, size.
-LOOKS = {
+# Name, colour, marker and size of each outcome.
+OUTCOME_STYLES = {
     "reached": ("reached", ACTOR.colour, "o", 18),
     "crashed": ("crashed", CONTROLLER.colour, "X", 70),
     "timeout": ("timed out", "#000000", "s", 40),
@@ -23,7 +23,7 @@ FAILURES = ("crashed", "timeout")
 
 
 def draw_room(axes: Axes, obstacles: Obstacles) -> None:
-    """Draw what stands in the robot's way, metres, world frame."""
+    """Draw the obstacles, metres, world frame."""
     for outline in obstacles.outlines:
         axes.add_patch(Polygon(outline, closed=True, facecolor="0.35", edgecolor="0.35", linewidth=0.8, zorder=2))
     (left, bottom), (right, top) = obstacles.low, obstacles.high
@@ -32,35 +32,35 @@ def draw_room(axes: Axes, obstacles: Obstacles) -> None:
 
 
 def draw_cells(axes: Axes, cells: Sequence[Cell], width: float) -> None:
-    """Colour squares of the floor by how often the switch preferred the controller there."""
+    """Colour cells of the floor by the share of steps at which the switch preferred the controller."""
     for cell in cells:
         corner = (cell.x - width / 2, cell.y - width / 2)
         axes.add_patch(Rectangle(corner, width, width, facecolor=SHARES(cell.preferred), edgecolor="none", zorder=1))
 
 
 def draw_ends(axes: Axes, rollouts: Sequence[Rollout]) -> None:
-    """Mark where episodes ended, those that failed with their paths and the goals they missed."""
-    for outcome, (name, colour, marker, size) in LOOKS.items():
+    """Mark where episodes ended; failures with their paths and the goals that were missed."""
+    for outcome, (name, colour, marker, size) in OUTCOME_STYLES.items():
         chosen = [rollout for rollout in rollouts if rollout.outcome == outcome]
         if outcome in FAILURES:
-            _draw_ways(axes, chosen, colour)
+            _draw_paths(axes, chosen, colour)
         x, y = np.array([rollout.places[-1] for rollout in chosen]).reshape(-1, 2).T
         label = f"{name}: {len(chosen)}"
         axes.scatter(
             x, y, s=size, marker=marker, color=colour, edgecolors="white", linewidths=0.6, zorder=5, label=label
         )
     axes.scatter([], [], s=60, marker="*", facecolors="none", edgecolors="0.3", label="goal missed")
-    legend_under(axes)
+    legend_below_axes(axes)
 
 
-def legend_under(axes: Axes) -> None:
-    """A legend that hides nothing."""
+def legend_below_axes(axes: Axes) -> None:
+    """Put the legend below the axes."""
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=4, frameon=False, handletextpad=0.3)
 
 
-def _draw_ways(axes: Axes, rollouts: Sequence[Rollout], colour: str) -> None:
+def _draw_paths(axes: Axes, rollouts: Sequence[Rollout], colour: str) -> None:
     for rollout in rollouts:
         axes.plot(*rollout.places.T, color=colour, linewidth=0.8, alpha=0.6, zorder=3)
-        # Dotted from where it ended to where it should have.
+        # Dotted: from the end to the goal.
         axes.plot(*zip(rollout.places[-1], rollout.goal, strict=True), color=colour, linewidth=0.8, ls=":", zorder=3)
         axes.scatter(*rollout.goal, s=60, marker="*", facecolors="none", edgecolors=colour, zorder=4)

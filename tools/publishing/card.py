@@ -27,7 +27,7 @@ $circumstances
 On $episodes stored test pairs, which training kept away from, without noise; in brackets the 95 % interval. The
 metric is −0.01 a step and +2 for reaching; the mean time is of the drives that reached.
 $scene_note
-$figures
+$metrics
 
 ## Where it fails
 
@@ -80,7 +80,7 @@ class Facts:
         note: how it was chosen, or nothing.
         provenance: versions and scene of the training.
         tested_scene: hash of the scene it was tested in.
-        figures: by who drove, as in DRIVERS.
+        metrics: by driver, as in DRIVERS.
         failures: Markdown on where it fails.
     """
 
@@ -111,7 +111,7 @@ def card(facts: Facts) -> str:
         circumstances=_circumstances(facts),
         episodes=next(iter(facts.metrics.values())).episodes,
         scene_note=_scene_note(facts),
-        metrics=_figures(facts.metrics),
+        metrics=_metrics_table(facts.metrics),
         failures=facts.failures,
         limits=_limits(config),
         snippet=_snippet(facts.name, config.task),
@@ -135,7 +135,7 @@ def _scene_note(facts: Facts) -> str:
     return f"The scene has changed since the training: these are figures in {facts.tested_scene}.\n"
 
 
-def _figures(metrics: dict[str, EvaluationResult]) -> str:
+def _metrics_table(metrics: dict[str, EvaluationResult]) -> str:
     columns = metrics.values()
     rows = [
         [title, *(cell(getattr(column, field), form) for column in columns)] for field, (title, form) in ROWS.items()

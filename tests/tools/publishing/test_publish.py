@@ -233,7 +233,7 @@ def test_nothing_is_overwritten_unasked(finished_run: RunFolder, published: Pret
 
 
 def test_nothing_is_left_half_written(finished_run: RunFolder, shelf: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(publish, "LARGEST", 1000)
+    monkeypatch.setattr(publish, "MAX_WEIGHT_BYTES", 1000)
     with pytest.raises(UserError, match=r"0\.\d MB"):
         publish.main([f"run={finished_run.path}", "name=mine", "episodes=1"])
     assert not list(shelf.iterdir())
