@@ -1,6 +1,6 @@
 """Ship a trained policy: `python -m tools.publish run=runs/mine name=nav_complex`.
 
-Writes models/pretrained/<name>: the weights, the configuration, what it reaches on the stored test pairs, and a card.
+Writes models/pretrained/<name>: weights, configuration, results on the stored test pairs, and a card.
 Options:
 
   run=runs/mine      folder of a finished run
@@ -38,7 +38,7 @@ from tasks.evaluation_pairs import stored_pairs
 from tasks.room_geometry.held_out import Pair
 from tools.option_arguments import options_in
 from tools.publishing.card import Facts, card
-from tools.publishing.command_arguments import command_of
+from tools.publishing.command_arguments import format_command
 from tools.publishing.failures import DrivenEpisode, EndingsLog, report
 
 OPTIONS = ("run", "name", "checkpoint", "episodes", "overwrite", "note")
@@ -48,7 +48,7 @@ STORED = 200  # test pairs of a task
 
 @dataclass(frozen=True)
 class Wish:
-    """What is to be shipped under which name."""
+    """The run to publish, and its name."""
 
     run: str
     name: str
@@ -60,7 +60,7 @@ class Wish:
 
 @dataclass(frozen=True)
 class Tested:
-    """Figures by who drove, and every drive of the actor alone."""
+    """Metrics by driver, and every episode of the actor alone."""
 
     metrics: dict[str, EvaluationResult]
     drives: list[DrivenEpisode]
@@ -91,7 +91,7 @@ def wish(arguments: Sequence[str]) -> Wish:
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Export, test what was exported, write the card; the folder is whole or not there."""
+    """Export, test the exported policy, write the card; the folder is complete or absent."""
     asked = wish(arguments)
     folder = PretrainedFolder(pretrained.FOLDER / asked.name)
     if folder.path.exists() and not asked.overwrite:
@@ -102,7 +102,7 @@ def main(arguments: Sequence[str]) -> None:
         raise UserError(
             f"the controller {trained.config.controller.type} is not shipped, so neither is what it trained"
         )
-    command = command_of(trained.config)
+    command = format_command(trained.config)
     prepare_torch()
     part = PretrainedFolder(folder.path.with_name(f".{asked.name}.part"))
     shutil.rmtree(part.path, ignore_errors=True)
@@ -152,7 +152,7 @@ def _fill(part: PretrainedFolder, asked: Wish, trained: Trained, command: str, s
 def _export(
     part: PretrainedFolder, trained: Trained, config: TrainConfig, environment: gymnasium.Env
 ) -> tuple[AsDDPG, int]:
-    """Write the weights; gives an agent that has them from that file, so that what is tested is what is shipped."""
+    """Write the weights, and load them into an agent, so that the test uses the exported file."""
     learned = make_agent(config, environment)
     step = trained.load_into(learned)
     policy_file.save(part.weights, learned.networks, step)

@@ -44,7 +44,7 @@ def _panels(signals: Signals) -> dict[str, Drawing]:
         panels["value"] = _values
     panels["reward"] = _rewards
     if {"noise_v", "noise_omega"} & set(signals.by_name):
-        panels["noise"] = _noise
+        panels["noise\n(m/s, rad/s)"] = _noise
     return panels
 
 
