@@ -38,7 +38,7 @@ from tasks.evaluation_pairs import stored_pairs
 from tasks.room_geometry.held_out import Pair
 from tools.option_arguments import options_in
 from tools.publishing.card import Facts, card
-from tools.publishing.command_arguments import format_command
+from tools.publishing.command_arguments import command_of
 from tools.publishing.failures import DrivenEpisode, EndingsLog, report
 
 OPTIONS = ("run", "name", "checkpoint", "episodes", "overwrite", "note")
@@ -102,7 +102,7 @@ def main(arguments: Sequence[str]) -> None:
         raise UserError(
             f"the controller {trained.config.controller.type} is not shipped, so neither is what it trained"
         )
-    command = format_command(trained.config)
+    command = command_of(trained.config)
     prepare_torch()
     part = PretrainedFolder(folder.path.with_name(f".{asked.name}.part"))
     shutil.rmtree(part.path, ignore_errors=True)

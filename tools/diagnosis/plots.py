@@ -14,7 +14,7 @@ from tools.diagnosis.rollouts import Rollout
 from tools.diagnosis.run_diagnosis import Diagnosis, Snapshot
 from tools.diagnosis.step_metrics import CELL
 from tools.drawing.plot_style import ACTOR, CONTROLLER, FOURTH, QUARTER_COLOURS, SHARES, SWITCHED, THIRD, Sheet, Style
-from tools.drawing.room_map import FAILURES, OUTCOME_STYLES, draw_cells, draw_ends, draw_room, legend_below_axes
+from tools.drawing.room_map import FAILURES, LOOKS, draw_cells, draw_ends, draw_room, legend_under
 
 OptionalValues = Sequence[float | None]
 
@@ -210,7 +210,7 @@ def _ends(diagnosis: Diagnosis, obstacles: Obstacles, by_actor: Sequence[Rollout
     failures.set(title="failures over training", xlabel="training step (thousands)", ylabel="distance to the goal (m)")
     failures.set_xlim(0.0, 1.03 * diagnosis.snapshots[-1].step / 1000)  # also without failures
     _near_and_far(failures, diagnosis.goal_radius)
-    legend_below_axes(failures)
+    legend_under(failures)
     return sheet
 
 
@@ -231,7 +231,7 @@ def _failures(axes: Axes, diagnosis: Diagnosis, outcome: str) -> None:
         for end in each.actor.ends
         if end.outcome == outcome
     ]
-    name, colour, marker, size = OUTCOME_STYLES[outcome]
+    name, colour, marker, size = LOOKS[outcome]
     steps, distances = np.array(found).reshape(-1, 2).T
     axes.scatter(steps, distances, s=size / 2, marker=marker, color=colour, alpha=0.6, linewidths=0.0, label=name)
 

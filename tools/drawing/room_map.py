@@ -1,4 +1,4 @@
-"""A map of a room: obstacles, shares by place, and where episodes ended."""
+"""Map of a room: obstacles, the switch's choices by cell, and the ends of episodes."""
 
 from collections.abc import Sequence
 
@@ -11,10 +11,10 @@ from tools.diagnosis.rollouts import Rollout
 from tools.diagnosis.step_metrics import Cell
 from tools.drawing.plot_style import ACTOR, CONTROLLER, SHARES
 
-MARGIN = 0.15  # m of wall shown around the room
+MARGIN = 0.15  # m of wall to see around the room
 
-# Name, colour, marker and size of each outcome.
-OUTCOME_STYLES = {
+# Outcome → label, colour, marker and size.
+LOOKS = {
     "reached": ("reached", ACTOR.colour, "o", 18),
     "crashed": ("crashed", CONTROLLER.colour, "X", 70),
     "timeout": ("timed out", "#000000", "s", 40),
@@ -32,15 +32,15 @@ def draw_room(axes: Axes, obstacles: Obstacles) -> None:
 
 
 def draw_cells(axes: Axes, cells: Sequence[Cell], width: float) -> None:
-    """Colour cells of the floor by the share of steps at which the switch preferred the controller."""
+    """Colour squares of the floor by the share of steps in which the switch preferred the controller."""
     for cell in cells:
         corner = (cell.x - width / 2, cell.y - width / 2)
         axes.add_patch(Rectangle(corner, width, width, facecolor=SHARES(cell.preferred), edgecolor="none", zorder=1))
 
 
 def draw_ends(axes: Axes, rollouts: Sequence[Rollout]) -> None:
-    """Mark where episodes ended; failures with their paths and the goals that were missed."""
-    for outcome, (name, colour, marker, size) in OUTCOME_STYLES.items():
+    """Mark the ends of episodes; of failed ones also path and goal."""
+    for outcome, (name, colour, marker, size) in LOOKS.items():
         chosen = [rollout for rollout in rollouts if rollout.outcome == outcome]
         if outcome in FAILURES:
             _draw_paths(axes, chosen, colour)
@@ -50,10 +50,10 @@ def draw_ends(axes: Axes, rollouts: Sequence[Rollout]) -> None:
             x, y, s=size, marker=marker, color=colour, edgecolors="white", linewidths=0.6, zorder=5, label=label
         )
     axes.scatter([], [], s=60, marker="*", facecolors="none", edgecolors="0.3", label="goal missed")
-    legend_below_axes(axes)
+    legend_under(axes)
 
 
-def legend_below_axes(axes: Axes) -> None:
+def legend_under(axes: Axes) -> None:
     """Put the legend below the axes."""
     axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=4, frameon=False, handletextpad=0.3)
 
@@ -61,6 +61,6 @@ def legend_below_axes(axes: Axes) -> None:
 def _draw_paths(axes: Axes, rollouts: Sequence[Rollout], colour: str) -> None:
     for rollout in rollouts:
         axes.plot(*rollout.places.T, color=colour, linewidth=0.8, alpha=0.6, zorder=3)
-        # Dotted: from the end to the goal.
+        # Dotted from the end to the goal.
         axes.plot(*zip(rollout.places[-1], rollout.goal, strict=True), color=colour, linewidth=0.8, ls=":", zorder=3)
         axes.scatter(*rollout.goal, s=60, marker="*", facecolors="none", edgecolors=colour, zorder=4)

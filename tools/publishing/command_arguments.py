@@ -1,4 +1,4 @@
-"""The arguments that give a configuration: the inverse of train_config."""
+"""The words that make a configuration: train_config's inverse."""
 
 import shlex
 from collections.abc import Sequence
@@ -10,20 +10,20 @@ from asddpg.command_line import option_names, train_config
 from asddpg.config import TrainConfig
 from asddpg.errors import UserError
 
-LEFT_OUT = ("run_dir",)  # the place of a run, not what was trained
+LEFT_OUT = ("run_dir",)  # where a run lay, not what was trained
 
 
-def format_command(config: TrainConfig) -> str:
-    """The command line that trains with a configuration, quoted for a shell.
+def command_of(config: TrainConfig) -> str:
+    """The command line that trains by a configuration, quoted for a shell.
 
     Raises:
-        UserError: no arguments of this version give that configuration.
+        UserError: no words of this version make that configuration.
     """
-    return shlex.join(["python", "-m", "asddpg.train", *list_arguments(config)])
+    return shlex.join(["python", "-m", "asddpg.train", *words_of(config)])
 
 
-def list_arguments(config: TrainConfig) -> list[str]:
-    """The arguments: task, presets, and options that differ from the task's defaults, without run_dir.
+def words_of(config: TrainConfig) -> list[str]:
+    """The words: task, then the choices and the options that differ from the task's defaults; not where it lay.
 
     Raises:
         UserError: as above.
@@ -36,7 +36,7 @@ def list_arguments(config: TrainConfig) -> list[str]:
             arguments.append(f"{group}={name}")
     arguments += _differences(config, train_config(arguments))
     if _differences(config, train_config(arguments)):
-        raise UserError("no arguments of this version give the configuration of this run; train it again")
+        raise UserError("no words of this version make the configuration of this run; train it anew")
     return arguments
 
 
@@ -44,12 +44,12 @@ def _differences(config: TrainConfig, defaults: TrainConfig) -> Sequence[str]:
     wanted, known = OmegaConf.structured(config), OmegaConf.structured(defaults)
     names = [name for name in option_names(known) if name not in LEFT_OUT and not name.endswith(".name")]
     values = {name: (OmegaConf.select(wanted, name), OmegaConf.select(known, name)) for name in names}
-    return [f"{name}={_format_value(value)}" for name, (value, default) in values.items() if value != default]
+    return [f"{name}={_word(value)}" for name, (value, default) in values.items() if value != default]
 
 
-def _format_value(value: Any) -> str:
+def _word(value: Any) -> str:
     if isinstance(value, bool) or value is None:
         return {True: "true", False: "false", None: "null"}[value]
     if OmegaConf.is_list(value):
-        return f"[{','.join(_format_value(item) for item in value)}]"
+        return f"[{','.join(_word(item) for item in value)}]"
     return str(value)

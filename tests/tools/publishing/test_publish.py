@@ -26,7 +26,7 @@ from asddpg.runs.run_folder import RunFolder, read_training
 from tests.support import pretrained_checks
 from tools import publish
 from tools.publishing.card import _snippet
-from tools.publishing.command_arguments import list_arguments
+from tools.publishing.command_arguments import words_of
 
 WORDS = ["task=nav_empty", "agent=asddpg_paper", "reward=sparse", "network=fc2x100", "controller.gains=[2,1.5]"]
 WORDS += ["agent.actor_learning_rate=1e-05", "agent.annealing=0.5", "exploration.decay=0"]
@@ -293,12 +293,12 @@ def test_the_card_says_how_the_seed_was_chosen_and_the_training_is_left_as_it_wa
 
 def test_words_name_what_differs_and_no_more() -> None:
     config = train_config([*WORDS, *SHORT, "run_dir=somewhere"])
-    arguments = list_arguments(config)
+    arguments = words_of(config)
     assert dataclasses.replace(config, run_dir=None) == train_config(arguments)
     assert arguments[:4] == ["task=nav_empty", "agent=asddpg_paper", "reward=sparse", "network=fc2x100"]
     assert set(arguments[4:]) >= {"controller.gains=[2.0,1.5]", "agent.actor_learning_rate=1e-05", "seed=3"}
-    assert list_arguments(train_config(["task=nav_complex"])) == ["task=nav_complex"]
-    assert list_arguments(train_config(["task=nav_complex", "device=cuda:0"])) == ["task=nav_complex", "device=cuda:0"]
+    assert words_of(train_config(["task=nav_complex"])) == ["task=nav_complex"]
+    assert words_of(train_config(["task=nav_complex", "device=cuda:0"])) == ["task=nav_complex", "device=cuda:0"]
 
 
 def test_a_task_of_ones_own_settings_has_its_own_snippet() -> None:
