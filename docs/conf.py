@@ -55,7 +55,7 @@ def _escape_docstring(
 
 
 class OptionsDirective(SphinxDirective):
-    """Tables of every option of a program, rendered from the configuration: {options} train."""
+    """Tables of every option of a program, rendered from its declaration: {options} train."""
 
     required_arguments = 1
 
@@ -63,7 +63,7 @@ class OptionsDirective(SphinxDirective):
         """Parse the rendered Markdown in place."""
         from options_page import render_options
 
-        return self.parse_text_to_nodes(render_options(self.arguments[0]))
+        return self.parse_text_to_nodes(render_options(self.arguments[0]), allow_section_headings=True)
 
 
 def setup(app: Sphinx) -> None:

@@ -1,45 +1,44 @@
-"""The reference of options as Markdown, from the configuration."""
+"""Reference of options as Markdown, from the same declarations as --help."""
 
-import ast
+import importlib
 import inspect
-from collections.abc import Iterator
-from dataclasses import MISSING, fields, is_dataclass
-from typing import Any
+import pkgutil
+from dataclasses import is_dataclass
+from types import ModuleType
 
-from asddpg import config as options
+import tools
+from asddpg import config
 
-PROGRAMS = {"train": options.TrainConfig, "evaluate": options.EvaluateConfig, "play": options.PlayConfig}
+PROGRAMS = {"train": config.TrainConfig, "evaluate": config.EvaluateConfig, "play": config.PlayConfig}
 
 
 def render_options(program: str) -> str:
-    """A table for each group of options: name, default, range, meaning."""
-    groups: dict[str, list[str]] = {}
-    for name, default, meaning in _walk(PROGRAMS[program], ""):
-        group = name.rpartition(".")[0] or "run"
-        allowed = options.RULES.get(name, (None, ""))[1]
-        groups.setdefault(group, []).append(f"| `{name}` | `{default}` | {allowed} | {meaning} |")
-    head = "| option | default | range | meaning |\n|---|---|---|---|\n"
-    return "\n\n".join(f"{head}" + "\n".join(rows) for rows in groups.values())
+    """Tables of the options of a program: of asddpg.train, evaluate or play, or, for `tools`, of every tool."""
+    if program == "tools":
+        names = [module.name for module in pkgutil.iter_modules(tools.__path__) if not module.ispkg]
+        modules = [importlib.import_module(f"tools.{name}") for name in names]
+        return "\n\n".join(_render_tool(module) for module in modules if hasattr(module, "main"))
+    return _table(None, PROGRAMS[program])
 
 
-def _walk(kind: type[Any], prefix: str) -> Iterator[tuple[str, str, str]]:
-    comments = {name: text for base in reversed(kind.__mro__[:-1]) for name, text in _comments(base).items()}
-    for field in fields(kind):
-        value = field.default if field.default_factory is MISSING else field.default_factory()
-        if is_dataclass(value):
-            yield from _walk(type(value), f"{prefix}{field.name}.")
-        elif field.name != "name":
-            yield f"{prefix}{field.name}", str(value), comments.get(field.name, "").replace("|", "\\|")
+def _render_tool(module: ModuleType) -> str:
+    kinds = [
+        kind
+        for name, kind in inspect.getmembers(module, is_dataclass)
+        if name.endswith("Arguments") and kind.__module__ == module.__name__
+    ]
+    doc = inspect.getdoc(module) or ""
+    body = _table(doc, kinds[0]) if kinds else f"```text\n{doc}\n```"
+    return f"## {module.__name__}\n\n{body}"
 
 
-def _comments(kind: type[Any]) -> dict[str, str]:
-    lines = inspect.getsource(kind).splitlines()
-    found = {}
-    for node in ast.walk(ast.parse("\n".join(lines))):
-        if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
-            above, row = [], node.lineno - 2
-            while lines[row].lstrip().startswith("#"):
-                above.insert(0, lines[row].lstrip().removeprefix("# "))
-                row -= 1
-            found[node.target.id] = " ".join(above)
-    return found
+def _table(doc: str | None, kind: type) -> str:
+    try:
+        from asddpg.options.help_text import markdown
+
+        from asddpg.command_line import GROUPS
+    except ImportError:
+        from options_of_comments import render_comments
+
+        return render_comments(kind)
+    return str(markdown(doc, kind, GROUPS if kind is config.TrainConfig else None))
