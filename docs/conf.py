@@ -55,15 +55,19 @@ def _escape_docstring(
 
 
 class OptionsDirective(SphinxDirective):
-    """Tables of every option of a program, rendered from its declaration: {options} train."""
-
-    required_arguments = 1
+    """The options of all programs, rendered from their declarations."""
 
     def run(self) -> list[nodes.Node]:
         """Parse the rendered Markdown in place."""
-        from options_page import render_options
+        return self.parse_text_to_nodes(_options_reference(), allow_section_headings=True)
 
-        return self.parse_text_to_nodes(render_options(self.arguments[0]), allow_section_headings=True)
+
+def _options_reference() -> str:
+    try:
+        from tools.options_reference import options_reference
+    except ImportError:
+        from options_of_comments import options_reference
+    return str(options_reference())
 
 
 def setup(app: Sphinx) -> None:

@@ -1,4 +1,4 @@
-"""Options as Markdown from the comments in asddpg/config.py, for as long as asddpg.options does not exist."""
+"""Options as Markdown from the comments in asddpg/config.py, until tools/options_reference.py renders them."""
 
 import ast
 import inspect
@@ -8,15 +8,20 @@ from typing import Any
 
 from asddpg import config
 
+PROGRAMS = {"train": config.TrainConfig, "evaluate": config.EvaluateConfig, "play": config.PlayConfig}
 
-def render_comments(kind: type) -> str:
-    """A table for each group of options: name, default, range, meaning."""
-    groups: dict[str, list[str]] = {}
+
+def options_reference() -> str:
+    """A section for each program, with a table of its options."""
+    return "\n\n".join(f"## `asddpg.{name}`\n\n{_table(kind)}" for name, kind in PROGRAMS.items())
+
+
+def _table(kind: type) -> str:
+    rows = []
     for name, default, meaning in _walk(kind, ""):
         allowed = config.RULES.get(name, (None, ""))[1]
-        groups.setdefault(name.rpartition(".")[0], []).append(f"| `{name}` | `{default}` | {allowed} | {meaning} |")
-    head = "| option | default | range | meaning |\n|---|---|---|---|\n"
-    return "\n\n".join(head + "\n".join(rows) for rows in groups.values())
+        rows.append(f"| `{name}` | `{default}` | {allowed} | {meaning} |")
+    return "\n".join(["| option | default | range | meaning |", "|---|---|---|---|", *rows])
 
 
 def _walk(kind: type[Any], prefix: str) -> Iterator[tuple[str, str, str]]:
