@@ -25,7 +25,7 @@ from asddpg.runs.run_folder import RunFolder, open_run_folder, read_training, wr
 from asddpg.runs.safe_loading import OURS
 from tasks.evaluation_pairs import stored_pairs
 from tasks.room_geometry.obstacles import Obstacles
-from tools.diagnosis.run_diagnosis import Diagnosis, Examiner, Snapshot, make_diagnosis, to_json
+from tools.diagnosis.run_diagnosis import Diagnosis, Examiner, Snapshot, to_json
 from tools.diagnosis.training_metrics import read_training_metrics
 from tools.drawing.matplotlib_check import check_matplotlib
 from tools.option_arguments import options_in
@@ -83,7 +83,7 @@ def main(arguments: Sequence[str]) -> None:
     folder.diagnosis.mkdir(exist_ok=True)
     examiner = Examiner(config, environment, agent, pairs)
     snapshots = [_examine(examiner, agent, path) for path in weights]
-    diagnosis = make_diagnosis(str(folder.path), config, examiner, snapshots, training)
+    diagnosis = examiner.diagnosis(str(folder.path), snapshots, training)
     write_json(folder.diagnosis / "diagnosis.json", to_json(diagnosis))
     obstacles = Obstacles.from_model(environment.get_wrapper_attr("physics").model.ptr)
     _draw(diagnosis, obstacles, examiner, folder.diagnosis)

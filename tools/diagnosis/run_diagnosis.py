@@ -73,10 +73,6 @@ class Examiner:
     def _drive(self, driver: Any) -> list[Rollout]:
         return drive(self._environment, driver, self._pairs, self._config.agent)
 
-    def controller_metrics(self) -> DriveMetrics | None:
-        """Metrics of the controller alone."""
-        return drive_metrics(self.by_controller, self._config.task) if self.by_controller else None
-
     def examine_snapshot(self, step: int) -> Snapshot:
         """Metrics of the weights that the agent has now."""
         self.by_actor = self._drive(actor_alone(self._agent))
@@ -107,23 +103,21 @@ class Examiner:
     def _calibrate(self, q: FloatArray, rollouts: Sequence[Rollout]) -> QCalibration:
         return q_calibration(q, rollouts, self._config.agent.gamma, self.tail)
 
-
-def make_diagnosis(
-    run: str, config: TrainConfig, examiner: Examiner, snapshots: list[Snapshot], training: TrainingMetrics
-) -> Diagnosis:
-    """Put the metrics of snapshots and training together."""
-    return Diagnosis(
-        run=run,
-        task=config.task.name,
-        agent=config.agent.name,
-        episodes=snapshots[0].actor.episodes,
-        gamma=config.agent.gamma,
-        goal_radius=config.task.goal_radius,
-        tail=examiner.tail,
-        controller=examiner.controller_metrics(),
-        snapshots=snapshots,
-        training=training,
-    )
+    def diagnosis(self, run: str, snapshots: list[Snapshot], training: TrainingMetrics) -> Diagnosis:
+        """The metrics of snapshots, training and controller together."""
+        config, by_controller = self._config, self.by_controller
+        return Diagnosis(
+            run=run,
+            task=config.task.name,
+            agent=config.agent.name,
+            episodes=len(self._pairs),
+            gamma=config.agent.gamma,
+            goal_radius=config.task.goal_radius,
+            tail=self.tail,
+            controller=drive_metrics(by_controller, config.task) if by_controller else None,
+            snapshots=snapshots,
+            training=training,
+        )
 
 
 def to_json(value: Any) -> Any:

@@ -24,6 +24,17 @@ DISTANCE_BIN = 0.5  # m
 CELL = 0.4  # m, of the map
 MIN_COUNT = 10  # steps, below which there is no share
 MAX_UNPACKED_BYTES = 4 * 10**9  # bytes that steps.npz may unpack to; ten million steps are a fourth of it
+_DAMAGE = (
+    zipfile.BadZipFile,
+    zlib.error,
+    EOFError,
+    OSError,
+    ValueError,
+    LookupError,
+    TypeError,
+    AttributeError,
+    MemoryError,
+)
 NEEDED = ("x", "y", "distance", "by_controller", "q_policy", "q_controller")  # arrays of steps.npz
 
 
@@ -65,27 +76,14 @@ def read_steps(path: Path) -> StepArrays:
     try:
         check_packed(path, MAX_UNPACKED_BYTES)
         with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
-            return _check_lengths({name: arrays[name] for name in NEEDED})
-    except (
-        zipfile.BadZipFile,
-        zlib.error,
-        EOFError,
-        OSError,
-        ValueError,
-        KeyError,
-        TypeError,
-        AttributeError,
-        MemoryError,
-    ) as error:
+            steps = {name: arrays[name] for name in NEEDED}
+            if len({array.shape for array in steps.values()}) > 1:
+                raise ValueError("the arrays differ in length")
+            return steps
+    except _DAMAGE as error:
         raise UserError(
             f"{path} is damaged or not written by asddpg.train; move it away and the rest is diagnosed"
         ) from error
-
-
-def _check_lengths(steps: StepArrays) -> StepArrays:
-    if len({array.shape for array in steps.values()}) > 1:
-        raise ValueError("the arrays differ in length")
-    return steps
 
 
 def _preferred(steps: StepArrays) -> npt.NDArray[np.bool_]:
