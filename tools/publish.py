@@ -1,6 +1,6 @@
 """Ship a trained policy: `python -m tools.publish run=runs/mine name=nav_complex`.
 
-Writes models/pretrained/<name>: weights, configuration, results on the stored test pairs, and a card.
+Writes models/pretrained/<name>: the weights, the configuration, what it reaches on the stored test pairs, and a card.
 Options:
 
   run=runs/mine      folder of a finished run
@@ -48,7 +48,7 @@ STORED = 200  # test pairs of a task
 
 @dataclass(frozen=True)
 class Wish:
-    """The run to publish, and its name."""
+    """What is to be shipped under which name."""
 
     run: str
     name: str
@@ -60,7 +60,7 @@ class Wish:
 
 @dataclass(frozen=True)
 class Tested:
-    """Metrics by driver, and every episode of the actor alone."""
+    """Figures by who drove, and every drive of the actor alone."""
 
     metrics: dict[str, EvaluationResult]
     drives: list[DrivenEpisode]
@@ -91,7 +91,7 @@ def wish(arguments: Sequence[str]) -> Wish:
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Export, test the exported policy, write the card; the folder is complete or absent."""
+    """Export, test what was exported, write the card; the folder is whole or not there."""
     asked = wish(arguments)
     folder = PretrainedFolder(pretrained.FOLDER / asked.name)
     if folder.path.exists() and not asked.overwrite:
@@ -152,7 +152,7 @@ def _fill(part: PretrainedFolder, asked: Wish, trained: Trained, command: str, s
 def _export(
     part: PretrainedFolder, trained: Trained, config: TrainConfig, environment: gymnasium.Env
 ) -> tuple[AsDDPG, int]:
-    """Write the weights, and load them into an agent, so that the test uses the exported file."""
+    """Write the weights; gives an agent that has them from that file, so that what is tested is what is shipped."""
     learned = make_agent(config, environment)
     step = trained.load_into(learned)
     policy_file.save(part.weights, learned.networks, step)

@@ -1,4 +1,4 @@
-"""Pictures that the tools write: size, file, renderer."""
+"""Pictures that the tools write: their size, their file, and the renderer for them."""
 
 import re
 from pathlib import Path
@@ -13,7 +13,7 @@ MAX_SIDE_PX = 4096  # px
 
 
 def picture_size(value: str) -> tuple[int, int]:
-    """Width and height in px from text such as 1280x800; UserError for any other text."""
+    """Width and height in px from a word as 1280x800; UserError where it is none."""
     match = re.fullmatch(r"(\d{1,5})x(\d{1,5})", value)
     width, height = (int(match[1]), int(match[2])) if match else (0, 0)
     if not (0 < width <= MAX_SIDE_PX and 0 < height <= MAX_SIDE_PX):
@@ -22,7 +22,7 @@ def picture_size(value: str) -> tuple[int, int]:
 
 
 def picture_file(value: str, endings: tuple[str, ...] = (".png", ".jpg", ".jpeg")) -> Path:
-    """Path of a picture; UserError if its suffix is not one of `endings`."""
+    """Where a picture goes; UserError where the name does not end as one's."""
     file = Path(value)
     if file.suffix.lower() not in endings:
         wanted = " or ".join(ending for ending in endings if ending != ".jpeg")
@@ -31,14 +31,14 @@ def picture_file(value: str, endings: tuple[str, ...] = (".png", ".jpg", ".jpeg"
 
 
 def open_renderer(model: mujoco.MjModel, width: int, height: int) -> OffscreenRenderer:
-    """A renderer for pictures of any size up to MAX_SIDE_PX, also above the scene's own limit."""
+    """A renderer for pictures of up to LARGEST px, also beyond what the scene provides for."""
     limits = model.vis.global_
     limits.offwidth, limits.offheight = max(limits.offwidth, width), max(limits.offheight, height)
     return OffscreenRenderer(model, width, height)
 
 
 def write(image: Image.Image, file: Path) -> None:
-    """Write a picture and print its path; UserError if writing fails."""
+    """Write a picture and say where; UserError where that fails."""
     try:
         image.save(file)
     except OSError as error:

@@ -128,7 +128,7 @@ def test_a_damaged_snapshot_is_named(run: Path) -> None:
         diagnose.main([f"run={run}", "episodes=1"])
 
 
-def test_arguments_and_their_defaults() -> None:
+def test_words_and_their_defaults() -> None:
     assert wish(["run=a/b"]) == Wish("a/b", every=1, episodes=50)
     assert wish(["episodes=7", "run=a=b", "every=3"]) == Wish("a=b", every=3, episodes=7)
 
@@ -148,7 +148,7 @@ def test_arguments_and_their_defaults() -> None:
         (["run=nowhere"], "nowhere is not the folder of a run"),
     ],
 )
-def test_invalid_arguments_are_one_sentence(
+def test_wrong_words_are_one_sentence(
     arguments: list[str], sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
