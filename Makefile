@@ -7,15 +7,16 @@ task ?= nav_complex
 ARGS ?=
 AT_ONCE = -n auto --maxprocesses 4  # tests at once: more workers would wait for each other's physics
 
-.PHONY: help install dev train evaluate check test test-fast test-long test-node faults bench results ablation clean
+.PHONY: help install dev train evaluate check test test-fast test-long test-node faults bench results ablation docs clean
 
 help:
 	@echo 'make train task=nav_complex ARGS="seed=1 total_steps=5000"   set up, train, evaluate'
 	@echo 'make test       set up and run the tests        make test-fast  without the slow ones'
-	@echo 'make check      format, lint, types, models     make bench      speed of environment and training'
+	@echo 'make check      format, lint, types, models, documents     make bench      speed of environment and training'
 	@echo 'make results    the runs behind the README      make ablation   what each factor of the learning does'
 	@echo 'make test-node  recordings, read by the libraries that Foxglove reads with (Node)'
 	@echo 'make faults     runs that are killed, damaged and compared to the last bit'
+	@echo 'make docs       the documentation as a site, build/docs/index.html'
 	@echo 'make clean      remove .venv and caches         ARGS=list with the two: what they would train'
 
 # Installing writes the stamp last: an interrupted install is begun again.
@@ -32,6 +33,10 @@ $(VENV)/dev: $(VENV)/installed
 	$(PIP_INSTALL) --editable '.[dev]'
 	@touch $@
 
+$(VENV)/docs: $(VENV)/installed
+	$(PIP_INSTALL) --editable '.[docs]'
+	@touch $@
+
 $(VENV)/bench: $(VENV)/installed
 	$(PIP_INSTALL) --editable '.[bench]'
 	@touch $@
@@ -45,11 +50,15 @@ train: install
 evaluate: install
 	$(BIN)/python -m asddpg.evaluate $(ARGS)
 
-check: dev
+check: dev docs
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/mypy
 	$(BIN)/python -m tools.check_models
+
+# Warnings are errors: a link, a heading or a docstring that leads nowhere stops the build.
+docs: $(VENV)/docs
+	$(BIN)/python -m sphinx --quiet --fail-on-warning --keep-going docs build/docs
 
 test: dev
 	$(BIN)/python -m pytest $(AT_ONCE)

@@ -1,1 +1,1 @@
-"""What snapshots and logs of a run say of its actor."""
+"""Where the actor of a run fails: metrics and plots from its snapshots and logs."""

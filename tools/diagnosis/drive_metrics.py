@@ -1,4 +1,4 @@
-"""Figures of episodes: outcomes, actions, and Q against the return that followed."""
+"""Metrics of episodes: outcomes, actions, and Q against the return that followed."""
 
 import math
 from collections.abc import Sequence
@@ -11,11 +11,11 @@ from asddpg.episodes.intervals import Estimate, rate
 from tools.diagnosis.returns import FloatArray, Tail, discounted_returns
 from tools.diagnosis.rollouts import Rollout
 
-STILL_V = 0.02  # m/s above the least speed; slower than this the robot stands, as far as the task lets it
+STILL_V = 0.02  # m/s above the least speed; a slower robot stands still
 STILL_OMEGA = 0.05  # rad/s
 CIRCLING_V = 0.05  # m/s above the least speed; from 0 and at full turn rate this is a circle of 5 cm
-NOWHERE, NOWHERE_TIME = 0.3, 5.0  # m, s; who is no farther away after that time got nowhere
-AT_BOUND = 0.01  # share of an action's range; nearer to a bound than this it is saturated
+STUCK_DISTANCE, STUCK_TIME = 0.3, 5.0  # m, s; a robot no farther away after that time is stuck
+AT_BOUND = 0.01  # share of an action's range; nearer to a bound an action is saturated
 BINS = 10  # of Q, with as many states in each
 
 
@@ -36,14 +36,14 @@ def _end(rollout: Rollout) -> End:
 
 @dataclass(frozen=True)
 class DriveMetrics:
-    """What a driver did; rates of episodes with 95 % Wilson intervals, shares of steps.
+    """Outcomes of a driver as rates with 95 % Wilson intervals, its actions as shares of the steps.
 
     Attributes:
         saturated_v: v at its largest or smallest.
         saturated_omega: ω at its largest or smallest.
         standing: neither driving (v less than 0.02 m/s above the task's least) nor turning (|ω| below 0.05 rad/s).
         circling: hardly driving (v less than 0.05 m/s above the least) at full turn rate.
-        nowhere: less than 0.3 m away after the next 5 s, in whatever way; None where no episode is that long.
+        stuck: less than 0.3 m away 5 s later; None where no episode is that long.
     """
 
     episodes: int
@@ -56,12 +56,12 @@ class DriveMetrics:
     saturated_omega: float
     standing: float
     circling: float
-    nowhere: float | None
+    stuck: float | None
     ends: list[End]
 
 
 def drive_metrics(rollouts: Sequence[Rollout], task: TaskConfig) -> DriveMetrics:
-    """Outcomes and actions of episodes."""
+    """Metrics of episodes."""
     outcomes = [rollout.outcome for rollout in rollouts]
     v, omega = np.concatenate([rollout.actions for rollout in rollouts]).T
     by_controller = np.concatenate([rollout.by_controller for rollout in rollouts])
@@ -78,15 +78,15 @@ def drive_metrics(rollouts: Sequence[Rollout], task: TaskConfig) -> DriveMetrics
         saturated_omega=float(turns.mean()),
         standing=float(((v < least + STILL_V) & (np.abs(omega) < STILL_OMEGA)).mean()),
         circling=float(((v < least + CIRCLING_V) & turns).mean()),
-        nowhere=_nowhere(rollouts, round(NOWHERE_TIME / task.control_timestep)),
+        stuck=_stuck_share(rollouts, round(STUCK_TIME / task.control_timestep)),
         ends=[_end(rollout) for rollout in rollouts],
     )
 
 
-def _nowhere(rollouts: Sequence[Rollout], steps: int) -> float | None:
-    """Share of the steps after which, so many steps on, the robot is less than NOWHERE away."""
+def _stuck_share(rollouts: Sequence[Rollout], steps: int) -> float | None:
+    """Share of the steps from which the robot is less than STUCK_DISTANCE away `steps` later."""
     offsets = np.concatenate([r.places[steps:] - r.places[: max(len(r.places) - steps, 0)] for r in rollouts])
-    return float((np.hypot(*offsets.T) < NOWHERE).mean()) if len(offsets) else None
+    return float((np.hypot(*offsets.T) < STUCK_DISTANCE).mean()) if len(offsets) else None
 
 
 def _saturated(values: FloatArray, low: float, high: float) -> np.ndarray[tuple[int, ...], np.dtype[np.bool_]]:
@@ -96,7 +96,7 @@ def _saturated(values: FloatArray, low: float, high: float) -> np.ndarray[tuple[
 
 @dataclass(frozen=True)
 class QBin:
-    """States of about the same Q: its mean, and of the return that followed mean, 10 % and 90 % quantile."""
+    """A tenth of the states by Q: mean of Q; mean, 10 % and 90 % quantile of the return."""
 
     q: float
     mean: float
@@ -110,18 +110,18 @@ class QCalibration:
     """Q against the return that followed; None where no state counts.
 
     Attributes:
-        states: that count.
-        left_out: too near the time limit for their return to be known.
-        mean_q: of the states that count.
-        mean_return: the middle of the return's bounds.
-        bias: mean of Q less mean of the return.
+        states: number of states that count.
+        excluded: states too near the time limit for their return to be known.
+        mean_q: over the states that count.
+        mean_return: over the same states, middle of the bounds.
+        bias: mean of Q minus mean of the return.
         bias_low: the bias if the best followed every time limit.
         bias_high: the bias if the worst did.
-        bins: by Q.
+        bins: groups of states by Q.
     """
 
     states: int
-    left_out: int
+    excluded: int
     mean_q: float | None
     mean_return: float | None
     bias: float | None
@@ -131,7 +131,7 @@ class QCalibration:
 
 
 def q_calibration(q: FloatArray, rollouts: Sequence[Rollout], gamma: float, tail: Tail) -> QCalibration:
-    """Hold Q of all states of some episodes, one episode after the other, against what followed."""
+    """Compare Q (states,) of all states of episodes, one episode after the other, with the return that followed."""
     parts = [discounted_returns(r.rewards, gamma, r.outcome != "timeout", tail) for r in rollouts]
     low, high, counts = (np.concatenate(part) for part in zip(*parts, strict=True))
     low, high, q, states = low[counts], high[counts], q[counts], int(counts.sum())
@@ -141,7 +141,7 @@ def q_calibration(q: FloatArray, rollouts: Sequence[Rollout], gamma: float, tail
     mean_q = float(q.mean())
     return QCalibration(
         states=states,
-        left_out=len(counts) - states,
+        excluded=len(counts) - states,
         mean_q=mean_q,
         mean_return=float(middle.mean()),
         bias=mean_q - float(middle.mean()),

@@ -1,4 +1,4 @@
-"""The plots of a diagnosis, each a file; docs/instruments.md shows them and says how to read them."""
+"""The plots of a diagnosis, each a file; docs/guides/diagnosis.md shows them and says how to read them."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -13,24 +13,24 @@ from tools.diagnosis.drive_metrics import DriveMetrics, QCalibration
 from tools.diagnosis.rollouts import Rollout
 from tools.diagnosis.run_diagnosis import Diagnosis, Snapshot
 from tools.diagnosis.step_metrics import CELL
-from tools.drawing.plot_style import ACTOR, CONTROLLER, FOURTH, PAIR, QUARTER_COLOURS, SHARES, THIRD, Sheet, Style
+from tools.drawing.plot_style import ACTOR, CONTROLLER, FOURTH, QUARTER_COLOURS, SHARES, SWITCHED, THIRD, Sheet, Style
 from tools.drawing.room_map import FAILURES, LOOKS, draw_cells, draw_ends, draw_room, legend_under
 
-EvaluationResult = Sequence[float | None]
+OptionalValues = Sequence[float | None]
 
-DISTANCES = (0.3, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)  # m, told on a scale of distances
+DISTANCES = (0.3, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)  # m, ticks of a logarithmic scale
 
 
 def draw(diagnosis: Diagnosis, obstacles: Obstacles, by_actor: Sequence[Rollout], folder: Path) -> None:
-    """Write all plots into a folder; what the run has not, such as a controller, is left out.
+    """Write all plots into a folder; without a controller those of the controller are left out.
 
     Args:
-        diagnosis: what to draw.
-        obstacles: of the room.
+        diagnosis: metrics to draw.
+        obstacles: obstacles of the room.
         by_actor: the actor's episodes with the last snapshot.
-        folder: where to.
+        folder: output folder.
     """
-    _reach(diagnosis).save(folder / "reach.png")
+    _outcomes(diagnosis).save(folder / "outcomes.png")
     if diagnosis.controller is not None:
         _controller_share(diagnosis, obstacles).save(folder / "controller_share.png")
     _q_values(diagnosis).save(folder / "q_values.png")
@@ -44,14 +44,11 @@ def _title(diagnosis: Diagnosis, what: str) -> str:
 
 
 def _steps(diagnosis: Diagnosis) -> list[float]:
-    """Of the snapshots, in thousands."""
+    """Training steps of the snapshots, thousands."""
     return [snapshot.step / 1000 for snapshot in diagnosis.snapshots]
 
 
-# Reach ------------------------------------------------------------------------------------------------------------
-
-
-def _reach(diagnosis: Diagnosis) -> Sheet:
+def _outcomes(diagnosis: Diagnosis) -> Sheet:
     sheet = Sheet(_title(diagnosis, "Outcomes over training"), columns=3)
     panels = {"success_rate": "reached", "collision_rate": "crashed", "timeout_rate": "timed out"}
     for axes, (field, title) in zip(sheet.axes, panels.items(), strict=True):
@@ -65,8 +62,8 @@ def _reach(diagnosis: Diagnosis) -> Sheet:
 def _rates(axes: Axes, diagnosis: Diagnosis, field: str) -> None:
     steps = _steps(diagnosis)
     actors = [snapshot.actor for snapshot in diagnosis.snapshots]
-    pairs = [snapshot.pair for snapshot in diagnosis.snapshots if snapshot.pair is not None]
-    for style, drivers in ((ACTOR, actors), (PAIR, pairs)):
+    switched = [snapshot.switched for snapshot in diagnosis.snapshots if snapshot.switched is not None]
+    for style, drivers in ((ACTOR, actors), (SWITCHED, switched)):
         if drivers:
             value, low, high = np.array([getattr(metrics, field) for metrics in drivers], dtype=float).T
             axes.fill_between(steps, low, high, color=style.colour, alpha=0.15, linewidth=0)
@@ -75,14 +72,12 @@ def _rates(axes: Axes, diagnosis: Diagnosis, field: str) -> None:
         CONTROLLER.level(axes, getattr(diagnosis.controller, field).value)
 
 
-# Controller's share -----------------------------------------------------------------------------------------------
-
-
 def _controller_share(diagnosis: Diagnosis, obstacles: Obstacles) -> Sheet:
-    told = bool(diagnosis.training.by_place)
-    sheet = Sheet(_title(diagnosis, "Controller: what it drove, where the switch prefers it"), columns=3 if told else 1)
+    has_log = bool(diagnosis.training.by_place)
+    title = _title(diagnosis, "Controller: steps driven, steps preferred by the switch")
+    sheet = Sheet(title, columns=3 if has_log else 1)
     _share_over_training(sheet.axes[0], diagnosis)
-    if told:
+    if has_log:
         _preferred_by_distance(sheet.axes[1], diagnosis)
         _preferred_by_place(sheet, sheet.axes[2], diagnosis, obstacles)
     return sheet
@@ -90,24 +85,16 @@ def _controller_share(diagnosis: Diagnosis, obstacles: Obstacles) -> Sheet:
 
 def _share_over_training(axes: Axes, diagnosis: Diagnosis) -> None:
     windows, preferred = diagnosis.training.windows, diagnosis.training.preferred
-    axes.plot(
-        _thousands(windows.steps),
-        _floats(windows.driven),
-        color="0.45",
-        marker=".",
-        ms=3,
-        label="driven in training",
-    )
+    steps, driven = _thousands(windows.steps), _floats(windows.driven)
+    axes.plot(steps, driven, color="0.45", marker=".", ms=3, label="driven in training")
     if preferred.steps:
         steps = _thousands(preferred.steps)
         axes.plot(steps, preferred.shares, color=CONTROLLER.colour, marker="^", ms=3, label="preferred in training")
-    pairs = [snapshot.pair for snapshot in diagnosis.snapshots if snapshot.pair is not None]
-    PAIR.line(
-        axes, _steps(diagnosis), [metrics.controller_share for metrics in pairs], "driven by the pair, validation"
-    )
+    shares = [snapshot.switched.controller_share for snapshot in diagnosis.snapshots if snapshot.switched is not None]
+    SWITCHED.line(axes, _steps(diagnosis), shares, "driven in validation")
     axes.set(title="over training", xlabel="training step (thousands)", ylabel="share of the steps")
     _leave_room_above(axes)
-    axes.legend(loc="upper center", fontsize=9)
+    axes.legend(loc="upper center", fontsize="small")
 
 
 def _preferred_by_distance(axes: Axes, diagnosis: Diagnosis) -> None:
@@ -115,11 +102,11 @@ def _preferred_by_distance(axes: Axes, diagnosis: Diagnosis) -> None:
         axes.plot(part.distances, part.preferred, color=colour, marker="o", ms=3, label=f"quarter {part.quarter}")
     axes.set(title="preferred, by distance", xlabel="distance to the goal (m)")
     _leave_room_above(axes)
-    axes.legend(title="of training", loc="upper center", ncols=2, fontsize=9, title_fontsize=9)
+    axes.legend(title="of training", loc="upper center", ncols=2, fontsize="small", title_fontsize="small")
 
 
 def _leave_room_above(axes: Axes) -> None:
-    """For a legend: shares end at 1."""
+    """Leave space for a legend above shares, which end at 1."""
     axes.set(ylim=(-0.02, 1.35), yticks=np.linspace(0.0, 1.0, 6))
 
 
@@ -129,9 +116,6 @@ def _preferred_by_place(sheet: Sheet, axes: Axes, diagnosis: Diagnosis, obstacle
     axes.set_title("preferred, by place, last quarter")
     scale = ScalarMappable(Normalize(0.0, 1.0), SHARES)
     sheet.figure.colorbar(scale, ax=axes, shrink=0.8, label="share of the steps")
-
-
-# Q against return -------------------------------------------------------------------------------------------------
 
 
 def _q_values(diagnosis: Diagnosis) -> Sheet:
@@ -157,13 +141,13 @@ def _q_values(diagnosis: Diagnosis) -> Sheet:
 
 
 def _q_columns(diagnosis: Diagnosis) -> dict[str, dict[str, Style]]:
-    """Panels by title, and in each the Judged fields of a snapshot with their styles."""
-    of_actor = {"q_actor": THIRD.named(r"$Q^A(x, \pi(x))$")}
+    """Panels by title, and in each the QCalibration fields of a snapshot with their styles."""
+    actor = {"q_actor": THIRD.named(r"$Q^A(x, \pi(x))$")}
     if diagnosis.controller is None:
-        return {"actor alone": of_actor}
+        return {"actor alone": actor}
     return {
-        "actor alone": {"q_policy": ACTOR.named(r"$Q(x,$ policy$)$"), **of_actor},
-        "pair": {"q_pair": PAIR.named(r"$Q(x, \sigma$ chosen$)$")},
+        "actor alone": {"q_policy": ACTOR.named(r"$Q(x,$ policy$)$"), **actor},
+        "switched policy": {"q_switched": SWITCHED.named(r"$Q(x, \sigma$ chosen$)$")},
         "controller alone": {"q_controller": CONTROLLER.named(r"$Q(x,$ controller$)$")},
     }
 
@@ -175,7 +159,7 @@ def _calibration(axes: Axes, calibration: QCalibration, style: Style) -> None:
 
 
 def _share_limits(panels: Sequence[Axes], is_square: bool = False) -> None:
-    """The same scale in all panels, and if square in both directions."""
+    """Give all panels the same limits, if square on both axes."""
     limits = [axes.get_ylim() for axes in panels] + ([axes.get_xlim() for axes in panels] if is_square else [])
     lows, highs = zip(*limits, strict=True)
     for axes in panels:
@@ -187,29 +171,23 @@ def _share_limits(panels: Sequence[Axes], is_square: bool = False) -> None:
 def _bias(axes: Axes, snapshots: Sequence[Snapshot], field: str, style: Style) -> None:
     steps = [snapshot.step / 1000 for snapshot in snapshots]
     found: list[QCalibration] = [getattr(snapshot, field) for snapshot in snapshots]
-    low, high = (
-        _floats([each.bias_low for each in found]),
-        _floats([each.bias_high for each in found]),
-    )
+    low, high = _floats([each.bias_low for each in found]), _floats([each.bias_high for each in found])
     axes.fill_between(steps, low, high, color=style.colour, alpha=0.15, linewidth=0)
     style.line(axes, steps, _floats([each.bias for each in found]))
 
 
-# Actions ----------------------------------------------------------------------------------------------------------
-
-
 def _actions(diagnosis: Diagnosis) -> Sheet:
     drivers: dict[str, list[DriveMetrics]] = {"actor alone": [snapshot.actor for snapshot in diagnosis.snapshots]}
-    pairs = [snapshot.pair for snapshot in diagnosis.snapshots if snapshot.pair is not None]
-    if pairs:
-        drivers["pair"] = pairs
+    switched = [snapshot.switched for snapshot in diagnosis.snapshots if snapshot.switched is not None]
+    if switched:
+        drivers["switched policy"] = switched
     sheet = Sheet(_title(diagnosis, "Actions"), columns=len(drivers))
     fields = {
         "saturated_v": ACTOR.named("v at a bound"),
         "saturated_omega": CONTROLLER.named("ω at a bound"),
-        "standing": PAIR.named("standing still"),
+        "standing": SWITCHED.named("standing still"),
         "circling": THIRD.named("turning on the spot"),
-        "nowhere": FOURTH.named("getting nowhere"),
+        "stuck": FOURTH.named("stuck"),
     }
     for axes, (title, metrics) in zip(sheet.axes, drivers.items(), strict=True):
         for field, style in fields.items():
@@ -220,27 +198,24 @@ def _actions(diagnosis: Diagnosis) -> Sheet:
     return sheet
 
 
-# Ends -------------------------------------------------------------------------------------------------------------
-
-
 def _ends(diagnosis: Diagnosis, obstacles: Obstacles, by_actor: Sequence[Rollout]) -> Sheet:
-    sheet = Sheet(_title(diagnosis, "Where the actor alone ends"), columns=2, panel=(5.8, 5.6))
+    sheet = Sheet(_title(diagnosis, "Where episodes of the actor alone end"), columns=2, panel=(5.8, 5.6))
     room, failures = sheet.axes
     draw_room(room, obstacles)
     draw_ends(room, by_actor)
     room.set_title(f"step {diagnosis.snapshots[-1].step}")
     for outcome in FAILURES:
         _failures(failures, diagnosis, outcome)
-    failures.axhline(diagnosis.goal_radius, color="0.6", linewidth=0.8, zorder=0, label="goal's radius")
+    failures.axhline(diagnosis.goal_radius, color="0.6", linewidth=0.8, zorder=0, label="goal radius")
     failures.set(title="failures over training", xlabel="training step (thousands)", ylabel="distance to the goal (m)")
-    failures.set_xlim(0.0, 1.03 * diagnosis.snapshots[-1].step / 1000)  # also where nothing failed
+    failures.set_xlim(0.0, 1.03 * diagnosis.snapshots[-1].step / 1000)  # also without failures
     _near_and_far(failures, diagnosis.goal_radius)
     legend_under(failures)
     return sheet
 
 
 def _near_and_far(axes: Axes, least: float) -> None:
-    """A scale of distances, metres, that tells apart what lies just outside `least`."""
+    """A logarithmic scale of distances from `least` on, metres."""
     axes.set_yscale("log")
     limits = (0.8 * least, axes.get_ylim()[1])
     axes.set_yticks(DISTANCES, labels=[f"{distance:g}" for distance in DISTANCES])
@@ -249,7 +224,7 @@ def _near_and_far(axes: Axes, least: float) -> None:
 
 
 def _failures(axes: Axes, diagnosis: Diagnosis, outcome: str) -> None:
-    """How far from the goal the actor's episodes of an outcome ended, snapshot by snapshot."""
+    """Distance to the goal at the end of the actor's episodes of an outcome, by snapshot."""
     found = [
         (each.step / 1000, end.distance)
         for each in diagnosis.snapshots
@@ -259,9 +234,6 @@ def _failures(axes: Axes, diagnosis: Diagnosis, outcome: str) -> None:
     name, colour, marker, size = LOOKS[outcome]
     steps, distances = np.array(found).reshape(-1, 2).T
     axes.scatter(steps, distances, s=size / 2, marker=marker, color=colour, alpha=0.6, linewidths=0.0, label=name)
-
-
-# TD errors --------------------------------------------------------------------------------------------------------
 
 
 def _td_errors(diagnosis: Diagnosis) -> Sheet:
@@ -282,6 +254,6 @@ def _thousands(steps: Sequence[float]) -> list[float]:
     return [step / 1000 for step in steps]
 
 
-def _floats(values: EvaluationResult) -> list[float]:
-    """None becomes nan, which is not drawn."""
+def _floats(values: OptionalValues) -> list[float]:
+    """None becomes NaN, which is not drawn."""
     return [float("nan") if value is None else value for value in values]

@@ -1,8 +1,8 @@
-"""The discounted return that really follows each state of an episode, time limits treated as what they are: unknown.
+"""The discounted return that followed each state of an episode, with bounds where the time limit cut the episode.
 
-An episode that the time limit broke off would have gone on. What followed its last step lies between the worst and the
-best that the reward allows, and weighs γ^k after k steps: each state so gets the bounds of its return, and states too
-near the limit for the bounds to say much are left out.
+An episode that the time limit truncated would have gone on. The return after its last step lies between the worst and
+the best that the reward allows, and weighs γ^k for a state k steps earlier. Each state thus gets bounds of its return;
+states too near the limit are excluded.
 """
 
 from typing import NamedTuple
@@ -14,26 +14,26 @@ from asddpg.config import TrainConfig
 
 FloatArray = npt.NDArray[np.float64]
 
-LARGEST_UNKNOWN = 0.2  # weight up to which an unknown rest is borne; 0.99^160
+MAX_UNKNOWN_WEIGHT = 0.2  # of the unknown rest of a return; 0.99^160
 
 
 class Tail(NamedTuple):
-    """The worst and the best that may follow a time limit."""
+    """The worst and the best return after a time limit."""
 
     worst: float
     best: float
 
 
 class Returns(NamedTuple):
-    """Of each step of an episode, (steps,): the bounds of its return, equal after a true end, and whether to count."""
+    """Bounds of the return of each step, equal after a true end, and whether the step counts; each (steps,)."""
 
     low: FloatArray
     high: FloatArray
-    counts: npt.NDArray[np.bool_]
+    is_counted: npt.NDArray[np.bool_]
 
 
-def tail_of(config: TrainConfig) -> Tail:
-    """What the reward of a run allows: a step's worst or best for ever, or an end at once."""
+def tail_bounds(config: TrainConfig) -> Tail:
+    """Bounds of the return that the reward allows: a step's worst or best reward for ever, or an end at once."""
     reward, task = config.reward, config.task
     progress = reward.progress * task.max_linear_velocity * task.control_timestep
     for_ever = 1.0 / (1.0 - config.agent.gamma)
@@ -43,13 +43,13 @@ def tail_of(config: TrainConfig) -> Tail:
 
 
 def discounted_returns(rewards: FloatArray, gamma: float, is_ended: bool, tail: Tail) -> Returns:
-    """Σ γ^i r of what followed each step.
+    """Σ γ^i r from each step on.
 
     Args:
         rewards: of an episode's steps, (steps,).
         gamma: γ.
-        is_ended: whether the last step ended it; else the time limit did.
-        tail: what may follow a time limit.
+        is_ended: whether the episode terminated; otherwise the time limit truncated it.
+        tail: bounds of the return after a time limit.
     """
     low, high = (0.0, 0.0) if is_ended else tail
     lows, highs = np.empty(len(rewards)), np.empty(len(rewards))
@@ -57,4 +57,4 @@ def discounted_returns(rewards: FloatArray, gamma: float, is_ended: bool, tail: 
         low, high = rewards[index] + gamma * low, rewards[index] + gamma * high
         lows[index], highs[index] = low, high
     unknown = gamma ** np.arange(len(rewards), 0, -1)
-    return Returns(lows, highs, (unknown <= LARGEST_UNKNOWN) | is_ended)
+    return Returns(lows, highs, (unknown <= MAX_UNKNOWN_WEIGHT) | is_ended)

@@ -1,4 +1,4 @@
-"""Episodes of a fixed driver, kept step by step, and what the critics say of the states in them."""
+"""Episodes of a fixed driver, step by step, and the critics' values of their states."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
@@ -30,10 +30,10 @@ class Rollout:
         outcome: reached, crashed or timeout.
         goal: metres, world frame.
         places: of the robot before each step and after the last, (steps + 1, 2), metres, world frame.
-        observations: each step was decided on, float32 (steps, observation_size).
+        observations: before each step, float32 (steps, observation_size).
         actions: executed, (steps, 2), m/s and rad/s.
         by_controller: whether the controller drove, (steps,).
-        rewards: as the switch learns them: of the task, less what the controller's help costs, (steps,).
+        rewards: as the switch learns them, less the price of the controller's steps, (steps,).
     """
 
     outcome: str
@@ -46,30 +46,30 @@ class Rollout:
 
 
 class RolloutRecorder:
-    """Watches an episode and keeps it."""
+    """Observer that records one episode as a Rollout."""
 
     def __init__(self, goal: tuple[float, float], reward: Callable[[Step], float]) -> None:
-        """Keep what `reward` makes of a step as its reward; the goal (m) only passes through."""
+        """Record an episode to `goal` (m); `reward` gives the reward of a step."""
         self._goal, self._reward = goal, reward
         self._places: list[tuple[float, float]] = []
         self._steps: list[Step] = []
         self._outcome = ""
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
-        """Note where it begins."""
+        """Record the start."""
         self._places.append(info["pose"][:2])
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
-        """Keep a step."""
+        """Record a step."""
         self._steps.append(step)
         self._places.append(step.info["pose"][:2])
 
     def end_episode(self, episode: Episode) -> None:
-        """Note how it ended."""
+        """Record the outcome."""
         self._outcome = episode.outcome
 
     def rollout(self) -> Rollout:
-        """The episode."""
+        """The recorded episode."""
         decisions = [step.decision for step in self._steps]
         return Rollout(
             outcome=self._outcome,
@@ -85,7 +85,7 @@ class RolloutRecorder:
 def drive(
     environment: gymnasium.Env, driver: FixedDriver, pairs: Sequence[StartGoalPair], config: LearningConfig
 ) -> list[Rollout]:
-    """Drive one episode for each pair; `config` says what the controller's help costs."""
+    """Drive one episode for each pair; `config` has the price of the controller's steps."""
 
     def charged(step: Step) -> float:
         return assisted_reward(
@@ -100,24 +100,24 @@ def drive(
 
 
 class Values(NamedTuple):
-    """What the critics say of states, each (states,); without a switch there is Q^A alone."""
+    """The critics' values of states, each (states,); without a switch there is Q^A alone."""
 
-    of_actor: FloatArray  # Q^A(x, π(x))
-    of_policy: FloatArray | None  # Q(x, σ = policy)
-    of_controller: FloatArray | None  # Q(x, σ = controller)
+    actor: FloatArray  # Q^A(x, π(x))
+    policy: FloatArray | None  # Q(x, σ = policy)
+    controller: FloatArray | None  # Q(x, σ = controller)
 
 
 @torch.no_grad()
-def values_of(agent: AsDDPG, rollouts: Sequence[Rollout]) -> Values:
+def critic_values(agent: AsDDPG, rollouts: Sequence[Rollout]) -> Values:
     """The values of all states of some episodes, one episode after the other."""
     x = torch.from_numpy(np.concatenate([rollout.observations for rollout in rollouts])).to(agent.device)
     networks = agent.networks
     features = networks.features(x)
-    of_actor = _array(networks.critic(features, networks.policy(x)))
+    actor = _array(networks.critic(features, networks.policy(x)))
     if networks.switch is None:
-        return Values(of_actor, None, None)
+        return Values(actor, None, None)
     q = networks.switch(features)
-    return Values(of_actor, _array(q[:, POLICY]), _array(q[:, CONTROLLER]))
+    return Values(actor, _array(q[:, POLICY]), _array(q[:, CONTROLLER]))
 
 
 def _array(values: torch.Tensor) -> FloatArray:

@@ -1,7 +1,7 @@
-"""Figures of a training from its log of steps: who drove and whom the switch preferred, by time, place, distance.
+"""The controller's share of a training from its log of steps, by time, distance and place.
 
-The schedule (agent.withdrawal) withdraws the controller whatever the switch says, so the two are told apart: `driven`,
-the steps that the controller drove, and `preferred`, those where the switch valued it above the policy.
+The schedule (agent.withdrawal) withdraws the controller whatever the switch prefers, so there are two shares: `driven`,
+steps that the controller drove, and `preferred`, steps where the switch rated it above the policy.
 """
 
 import zipfile
@@ -22,14 +22,25 @@ WINDOWS = 40  # of training, at most
 QUARTERS = 4
 DISTANCE_BIN = 0.5  # m
 CELL = 0.4  # m, of the map
-MIN_COUNT = 10  # steps, below which a share is not told
+MIN_COUNT = 10  # steps, below which there is no share
 MAX_UNPACKED_BYTES = 4 * 10**9  # bytes that steps.npz may unpack to; ten million steps are a fourth of it
-NEEDED = ("x", "y", "distance", "by_controller", "q_policy", "q_controller")  # of steps.npz
+_DAMAGE = (
+    zipfile.BadZipFile,
+    zlib.error,
+    EOFError,
+    OSError,
+    ValueError,
+    LookupError,
+    TypeError,
+    AttributeError,
+    MemoryError,
+)
+NEEDED = ("x", "y", "distance", "by_controller", "q_policy", "q_controller")  # arrays of steps.npz
 
 
 @dataclass(frozen=True)
 class Preferred:
-    """Share of the steps at which the switch preferred the controller; the step in each window's middle."""
+    """Share of the steps at which the switch preferred the controller, and the step at each window's centre."""
 
     steps: list[float]
     shares: list[float]
@@ -37,7 +48,7 @@ class Preferred:
 
 @dataclass(frozen=True)
 class ByDistance:
-    """The controller's shares in a quarter of training, by distance to the goal; metres to each bin's middle."""
+    """The controller's shares in a quarter of training, by distance to the goal: bin centres in metres."""
 
     quarter: int  # from 1
     distances: list[float]
@@ -47,7 +58,7 @@ class ByDistance:
 
 @dataclass(frozen=True)
 class Cell:
-    """A square of the floor, `CELL` wide, by its middle (m): steps there, and the controller's shares of them."""
+    """A square of the floor, `CELL` wide, with its centre (m), the steps in it, and the controller's shares of them."""
 
     x: float
     y: float
@@ -57,7 +68,7 @@ class Cell:
 
 
 def read_steps(path: Path) -> StepArrays:
-    """The arrays of steps.npz that figures are made of.
+    """The arrays of steps.npz that metrics need.
 
     Raises:
         UserError: the file is damaged.
@@ -65,37 +76,24 @@ def read_steps(path: Path) -> StepArrays:
     try:
         check_packed(path, MAX_UNPACKED_BYTES)
         with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
-            return _alike({name: arrays[name] for name in NEEDED})
-    except (
-        zipfile.BadZipFile,
-        zlib.error,
-        EOFError,
-        OSError,
-        ValueError,
-        KeyError,
-        TypeError,
-        AttributeError,
-        MemoryError,
-    ) as error:
+            steps = {name: arrays[name] for name in NEEDED}
+            if len({array.shape for array in steps.values()}) > 1:
+                raise ValueError("the arrays differ in length")
+            return steps
+    except _DAMAGE as error:
         raise UserError(
             f"{path} is damaged or not written by asddpg.train; move it away and the rest is diagnosed"
         ) from error
 
 
-def _alike(steps: StepArrays) -> StepArrays:
-    if len({array.shape for array in steps.values()}) > 1:
-        raise ValueError("a step is a row in each array")
-    return steps
-
-
 def _preferred(steps: StepArrays) -> npt.NDArray[np.bool_]:
-    """Where the switch preferred the controller, whether or not the controller was allowed to drive."""
+    """Whether the switch rated the controller above the policy, (steps,)."""
     preferred: npt.NDArray[np.bool_] = steps["q_controller"] > steps["q_policy"]
     return preferred
 
 
 def shares_over_training(steps: StepArrays) -> Preferred:
-    """How often the switch preferred the controller, in windows of training."""
+    """Share of the steps at which the switch preferred the controller, by windows of training."""
     parts = [part for part in np.array_split(_preferred(steps), WINDOWS) if len(part)]
     return Preferred(bin_centres(len(steps["x"]), len(parts)), [float(part.mean()) for part in parts])
 
@@ -108,30 +106,32 @@ def shares_by_distance(steps: StepArrays) -> list[ByDistance]:
     for number, rows in enumerate(edges, start=1):
         part = (distance[rows] / DISTANCE_BIN).astype(int)
         counts = np.bincount(part)
-        told = np.flatnonzero(counts >= MIN_COUNT)
-        shares = [(np.bincount(part, weights=of[rows])[told] / counts[told]).tolist() for of in (driven, preferred)]
-        found.append(ByDistance(number, ((told + 0.5) * DISTANCE_BIN).tolist(), *shares))
+        shown = np.flatnonzero(counts >= MIN_COUNT)
+        shares = [
+            (np.bincount(part, weights=values[rows])[shown] / counts[shown]).tolist() for values in (driven, preferred)
+        ]
+        found.append(ByDistance(number, ((shown + 0.5) * DISTANCE_BIN).tolist(), *shares))
     return found
 
 
 def shares_by_place(steps: StepArrays) -> list[Cell]:
-    """The controller's shares by place, in the last quarter of training, where enough steps were made."""
+    """The controller's shares by place in the last quarter of training, in cells with MIN_COUNT steps or more."""
     last = slice(len(steps["x"]) * (QUARTERS - 1) // QUARTERS, None)
     places = np.stack([steps["x"][last], steps["y"][last]], axis=1).astype(np.float64)
     cells, part, counts = np.unique(np.floor(places / CELL), axis=0, return_inverse=True, return_counts=True)
     driven, preferred = (
-        np.bincount(part.ravel(), weights=of[last], minlength=len(counts)) / counts
-        for of in (steps["by_controller"], _preferred(steps))
+        np.bincount(part.ravel(), weights=values[last], minlength=len(counts)) / counts
+        for values in (steps["by_controller"], _preferred(steps))
     )
-    bin_centres = (cells + 0.5) * CELL
+    centres = (cells + 0.5) * CELL
     return [
-        Cell(round(x, 3), round(y, 3), int(count), float(drove), float(wished))
-        for (x, y), count, drove, wished in zip(bin_centres.tolist(), counts, driven, preferred, strict=True)
+        Cell(round(x, 3), round(y, 3), int(count), float(drove), float(prefers))
+        for (x, y), count, drove, prefers in zip(centres.tolist(), counts, driven, preferred, strict=True)
         if count >= MIN_COUNT
     ]
 
 
 def bin_centres(total: float, windows: int) -> list[float]:
-    """Steps in the windows' middles."""
-    bin_centres: list[float] = ((np.arange(windows) + 0.5) * total / windows).tolist()
-    return bin_centres
+    """Training steps at the centres of equal windows."""
+    centres: list[float] = ((np.arange(windows) + 0.5) * total / windows).tolist()
+    return centres

@@ -1,4 +1,4 @@
-"""Figures of a training from its logs: a row an episode in metrics.csv, a row a step in steps.npz."""
+"""Metrics of a training from its logs: a row an episode in metrics.csv, a row a step in steps.npz."""
 
 import csv
 import io
@@ -24,12 +24,12 @@ from tools.diagnosis.step_metrics import (
 
 FloatArray = npt.NDArray[np.float64]
 
-EPISODES = 5  # in a window, at least, on the average
+EPISODES = 5  # a window, at least, on average
 
 
 @dataclass(frozen=True)
 class Windows:
-    """Figures over training: the step in each window's middle, and each figure's mean in it, None where there is none.
+    """Means over windows of training, and the step at each window's centre; None in a window without values.
 
     `driven` is the controller's share of the steps; `td_policy` and `td_controller` are mean |y^A − Q^A|.
     """
@@ -42,7 +42,7 @@ class Windows:
 
 @dataclass(frozen=True)
 class TrainingMetrics:
-    """All that is told of a training; what needs a step log and a controller is empty where there is none."""
+    """Metrics of a training; all but `windows` are empty without a step log or a controller."""
 
     windows: Windows
     preferred: Preferred
@@ -51,20 +51,20 @@ class TrainingMetrics:
 
 
 def read_training_metrics(metrics: Path, steps: Path | None) -> TrainingMetrics:
-    """Figures of metrics.csv and, if given, of steps.npz.
+    """Read metrics.csv and, if given, steps.npz.
 
     Raises:
         UserError: a file is missing or damaged.
     """
-    windows = windows_of(metrics)
+    windows = read_windows(metrics)
     if steps is None:
         return TrainingMetrics(windows, Preferred([], []), [], [])
     log = read_steps(steps)
     return TrainingMetrics(windows, shares_over_training(log), shares_by_distance(log), shares_by_place(log))
 
 
-def windows_of(metrics: Path) -> Windows:
-    """Figures over training from metrics.csv; columns that an older run lacks are None throughout.
+def read_windows(metrics: Path) -> Windows:
+    """Means over training from metrics.csv; missing columns are None throughout.
 
     Raises:
         UserError: the file is missing or damaged.
@@ -78,7 +78,7 @@ def windows_of(metrics: Path) -> Windows:
 
 
 def _finished_rows(metrics: Path) -> list[dict[str, str]]:
-    """Without the row that a training in progress is just writing: it has no end of line yet."""
+    """All rows but one that a training in progress is writing: it has no end of line yet."""
     whole, _, _ = metrics.read_text(encoding="utf-8").rpartition("\n")
     return list(csv.DictReader(io.StringIO(whole)))
 
@@ -106,11 +106,8 @@ def _finite(text: str) -> float:
 
 
 def _means(values: FloatArray, weights: FloatArray, part: npt.NDArray[np.intp], parts: int) -> list[float | None]:
-    """Weighted means of the values in each part, None where there are none."""
+    """Weighted mean of the finite values in each part, None without any."""
     known = np.isfinite(values)
     sums = np.bincount(part[known], weights=(values * weights)[known], minlength=parts)
     totals = np.bincount(part[known], weights=weights[known], minlength=parts)
     return [float(s / t) if t else None for s, t in zip(sums, totals, strict=True)]
-
-
-# steps.npz --------------------------------------------------------------------------------------------------------

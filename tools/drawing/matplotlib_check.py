@@ -1,10 +1,10 @@
-"""Whether there is what plots need, told before the work that they are to show."""
+"""Check for matplotlib before the work that plots show."""
 
 from asddpg.errors import UserError
 
 
 def check_matplotlib() -> None:
-    """UserError where matplotlib is not installed."""
+    """Raise UserError if matplotlib is not installed."""
     try:
         import matplotlib  # noqa: F401
     except ImportError as error:

@@ -1,4 +1,4 @@
-"""How the plots look: colours that the colour-blind can tell apart (Okabe and Ito), a marker to each, one sheet."""
+"""Style of all plots: Okabe and Ito's colours, which colour-blind readers can distinguish, with a marker each."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -6,24 +6,27 @@ from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
+from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
+
+DPI = 120
 
 Values = Sequence[float] | npt.NDArray[np.float64]
 
 
 @dataclass(frozen=True)
 class Style:
-    """A curve's name, colour and marker."""
+    """Name, colour and marker of a curve."""
 
     name: str
     colour: str
     marker: str
 
     def named(self, name: str) -> "Style":
-        """The same look under another name."""
+        """The same style under another name."""
         return replace(self, name=name)
 
     def line(self, axes: Axes, x: Values, y: Values, name: str | None = None) -> None:
@@ -31,12 +34,12 @@ class Style:
         axes.plot(x, y, color=self.colour, marker=self.marker, ms=4, label=name or self.name)
 
     def level(self, axes: Axes, y: float) -> None:
-        """Draw a level that does not change over training."""
+        """Draw a horizontal line."""
         axes.axhline(y, color=self.colour, linestyle="--", label=self.name)
 
 
 ACTOR = Style("actor alone", "#0072B2", "o")
-PAIR = Style("pair (switch)", "#009E73", "s")
+SWITCHED = Style("switched policy", "#009E73", "s")
 CONTROLLER = Style("controller alone", "#D55E00", "^")
 THIRD = Style("", "#CC79A7", "D")
 FOURTH = Style("", "#000000", "v")
@@ -47,11 +50,13 @@ SHARES = LinearSegmentedColormap.from_list("shares", [ACTOR.colour, "#F0F0F0", C
 class Sheet:
     """Panels in a grid, row by row in `axes`."""
 
-    def __init__(self, title: str, columns: int, rows: int = 1, panel: tuple[float, float] = (4.3, 3.8)) -> None:
-        """Lay out the panels, each `panel` inches wide and high."""
+    def __init__(self, title: str, columns: int, rows: int = 1, panel: tuple[float, float] = (3.6, 3.5)) -> None:
+        """Lay out panels of `panel` inches (width, height)."""
+        # Points; readable where a page shows the picture 740 px wide.
+        rcParams.update({"font.size": 11, "axes.titlesize": 11, "figure.titlesize": 12})
         self.figure = Figure(figsize=(columns * panel[0], rows * panel[1]), layout="constrained")
         FigureCanvasAgg(self.figure)
-        self.figure.suptitle(title, fontsize=11)
+        self.figure.suptitle(title)
         grid = self.figure.subplots(rows, columns, squeeze=False)
         self.axes: list[Axes] = list(grid.ravel())
         for axes in self.axes:
@@ -65,5 +70,5 @@ class Sheet:
         self.figure.legend(handles, names, loc="outside lower center", ncols=len(names), frameon=False)
 
     def save(self, path: Path) -> None:
-        """Write a PNG in which nothing depends on versions or the clock."""
-        self.figure.savefig(path, dpi=90, metadata={"Software": None}, pil_kwargs={"optimize": True})
+        """Write a PNG that does not depend on versions or the clock."""
+        self.figure.savefig(path, dpi=DPI, metadata={"Software": None}, pil_kwargs={"optimize": True})

@@ -1,1 +1,1 @@
-"""What a shipped policy comes with."""
+"""The card of a shipped policy."""

@@ -1,4 +1,4 @@
-"""The card of a pretrained policy: how it was trained, what it reaches, where it fails, how to use it."""
+"""The card of a pretrained policy: training, results, failures, use."""
 
 import textwrap
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ _CARD = Template("""\
 
 A policy for `$task`, weights after step $step of $total_steps ($checkpoint).
 
-## How it was trained
+## Training
 
 ```
 $command
@@ -22,20 +22,20 @@ $command
 
 $circumstances
 
-## What it reaches
+## Results
 
-On $episodes stored test pairs, which training kept away from, without noise; in brackets the 95 % interval. The
-metric is −0.01 a step and +2 for reaching; the mean time is of the drives that reached.
+On $episodes stored test pairs, which training never sees, without noise; in brackets the 95 % interval. The metric is
+−0.01 a step and +2 for reaching; the mean time is over the episodes that reached the goal.
 $scene_note
 $metrics
 
-## Where it fails
+## Failures
 
 The actor alone. $failures
 
 $limits
 
-## How to use it
+## Use
 
 ```
 python -m asddpg.evaluate run=pretrained:$name
@@ -68,20 +68,26 @@ DRIVERS = {
 
 @dataclass(frozen=True)
 class Facts:
-    """What a card tells.
+    """Contents of a card.
 
     Attributes:
-        name: of the policy.
-        config: of its training.
-        command: that trains it.
-        checkpoint: which of the run's, last or best.
-        step: of the training that the weights are of.
-        seconds: that the training took.
-        note: how it was chosen, or nothing.
+        name: name of the policy.
+        config: configuration of its training.
+        command: command line that trains it.
+        checkpoint: last or best.
+        step: training steps of the weights.
+        seconds: duration of the training.
+        note: how the seed was chosen, may be empty.
         provenance: versions and scene of the training.
+<<<<<<< HEAD
         tested_scene: hash of the scene it was tested in.
         metrics: by who drove, as in DRIVERS.
         failures: Markdown on where it fails.
+=======
+        tested_scene: hash of the scene of the test.
+        metrics: by driver, as in DRIVERS.
+        failures: Markdown about the failures.
+>>>>>>> docs
     """
 
     name: str
@@ -111,7 +117,7 @@ def card(facts: Facts) -> str:
         circumstances=_circumstances(facts),
         episodes=next(iter(facts.metrics.values())).episodes,
         scene_note=_scene_note(facts),
-        metrics=_figures(facts.metrics),
+        metrics=_metrics_table(facts.metrics),
         failures=facts.failures,
         limits=_limits(config),
         snippet=_snippet(facts.name, config.task),
@@ -132,10 +138,10 @@ def _circumstances(facts: Facts) -> str:
 def _scene_note(facts: Facts) -> str:
     if facts.tested_scene == facts.provenance["model_hash"]:
         return ""
-    return f"The scene has changed since the training: these are figures in {facts.tested_scene}.\n"
+    return f"The scene has changed since the training: these results are of {facts.tested_scene}.\n"
 
 
-def _figures(metrics: dict[str, EvaluationResult]) -> str:
+def _metrics_table(metrics: dict[str, EvaluationResult]) -> str:
     columns = metrics.values()
     rows = [
         [title, *(cell(getattr(column, field), form) for column in columns)] for field, (title, form) in ROWS.items()

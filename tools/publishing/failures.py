@@ -1,4 +1,4 @@
-"""Where a driver fails: by how far it had to go, and by the region of the goal."""
+"""Failures of a driver, by length of the path and by region of the goal."""
 
 import math
 from collections import Counter
@@ -10,15 +10,15 @@ from asddpg.episodes.protocols import Episode, Observation, Step
 from tasks.room_geometry.held_out import Pair
 from tools.experiments.markdown import markdown
 
-OUTCOME_TITLES = {"reached": "reached", "crashed": "crashed", "timeout": "out of time"}
+OUTCOME_TITLES = {"reached": "reached", "crashed": "crashed", "timeout": "timed out"}
 NEAR = 1.0  # m from the goal
-REGION = 2.0  # m, side of the squares that goals are grouped by
-WORST, SHOWN = 5, 3  # regions, and pairs of each, that are written out
+REGION = 2.0  # m, side of the squares that group goals
+WORST, SHOWN = 5, 3  # regions listed, and pairs listed of each
 
 
 @dataclass(frozen=True)
 class DrivenEpisode:
-    """One pair and how driving it ended: `end` is where, (x, y) in metres."""
+    """One start-goal pair, the outcome, and where the robot ended, (x, y) in metres."""
 
     pair: Pair
     outcome: str
@@ -37,26 +37,26 @@ class DrivenEpisode:
 
 
 class EndingsLog:
-    """Observer that keeps how and where each episode ended."""
+    """Observer that records outcome and last place of each episode."""
 
     def __init__(self) -> None:
         self._endings: list[tuple[str, tuple[float, float]]] = []
         self._place = (math.nan, math.nan)
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
-        """Nothing yet."""
+        """Do nothing."""
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
-        """Where the robot is."""
+        """Record the place."""
         x, y, _ = step.info["pose"]
         self._place = (float(x), float(y))
 
     def end_episode(self, episode: Episode) -> None:
-        """How it ended."""
+        """Record the outcome."""
         self._endings.append((episode.outcome, self._place))
 
     def drives(self, pairs: Sequence[Pair]) -> list[DrivenEpisode]:
-        """The endings beside the pairs that were driven, in their order."""
+        """The episodes with their pairs, in the same order."""
         return [DrivenEpisode(pair, outcome, end) for pair, (outcome, end) in zip(pairs, self._endings, strict=True)]
 
 

@@ -12,7 +12,7 @@ from matplotlib.patheffects import withStroke
 from asddpg.recording.messages.path_message import DRIVER_COLOURS, OTHER_COLOUR
 from tasks.graphics.rendering import Picture
 from tools.drawing.map_view import MapView
-from tools.drawing.plot_style import Sheet
+from tools.drawing.plot_style import DPI, Sheet
 from tools.drawing.room_map import LOOKS
 from tools.recordings.episode_paths import Way
 
@@ -20,7 +20,6 @@ GREEN = "#007A3D"
 _CASING = [withStroke(linewidth=4.5, foreground="white")]
 _ENDS = {**LOOKS, "reached": ("reached", GREEN, "o", 30)}  # not in the blue of the policy's way
 _OTHER_END = ("cut off", "#555555", "D", 45)
-DPI = 90
 
 
 def draw_map(ways: Sequence[Way], view: MapView, picture: Picture, task: str, file: Path) -> None:

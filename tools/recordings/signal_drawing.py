@@ -9,11 +9,11 @@ from matplotlib.patches import Patch
 
 from asddpg.recording.messages.path_message import DRIVER_COLOURS, OTHER_COLOUR
 from tasks.physics import FloatArray
-from tools.drawing.plot_style import ACTOR, CONTROLLER, FOURTH, PAIR, THIRD, Sheet
+from tools.drawing.plot_style import ACTOR, CONTROLLER, FOURTH, SWITCHED, THIRD, Sheet
 from tools.recordings.episode_signals import Signals
 
 PANEL = (9.5, 1.75)  # inches
-_COLOURS = (ACTOR.colour, CONTROLLER.colour, PAIR.colour, THIRD.colour, FOURTH.colour)
+_COLOURS = (ACTOR.colour, CONTROLLER.colour, SWITCHED.colour, THIRD.colour, FOURTH.colour)
 Drawing = Callable[[Axes, Signals], None]
 
 
@@ -44,7 +44,7 @@ def _panels(signals: Signals) -> dict[str, Drawing]:
         panels["value"] = _values
     panels["reward"] = _rewards
     if {"noise_v", "noise_omega"} & set(signals.by_name):
-        panels["noise"] = _noise
+        panels["noise\n(m/s, rad/s)"] = _noise
     return panels
 
 
@@ -70,7 +70,7 @@ def _speed(name: str, column: int) -> Drawing:
     def draw(axes: Axes, signals: Signals) -> None:
         _held(axes, signals, signals.by_name[name], "0.25", "commanded", width=1.2)
         ends = signals.ends[: len(signals.driven)]
-        axes.plot(ends, signals.driven[:, column], color=PAIR.colour, linewidth=1.8, label="driven")
+        axes.plot(ends, signals.driven[:, column], color=SWITCHED.colour, linewidth=1.8, label="driven")
 
     return draw
 

@@ -15,9 +15,13 @@ from asddpg.runs.run_folder import RunFolder, read_training
 from tests.asddpg.test_commands import read_rows
 from tests.conftest import TINY
 from tools import diagnose
+<<<<<<< HEAD
 from tools.diagnose import weights_of
+=======
+from tools.diagnose import Wish, list_weights, wish
+>>>>>>> docs
 
-PLOTS = {"reach.png", "controller_share.png", "q_values.png", "actions.png", "ends.png", "td_errors.png"}
+PLOTS = {"outcomes.png", "controller_share.png", "q_values.png", "actions.png", "ends.png", "td_errors.png"}
 
 
 @pytest.fixture
@@ -35,7 +39,11 @@ def test_a_run_is_diagnosed(run: Path, capsys: pytest.CaptureFixture[str]) -> No
     found = json.loads((run / "diagnosis/diagnosis.json").read_text())
     assert [snapshot["step"] for snapshot in found["snapshots"]][-1] == 400
     assert len(found["snapshots"]) == 2
+<<<<<<< HEAD
     for metrics in (found["controller"], *(s[name] for s in found["snapshots"] for name in ("actor", "pair"))):
+=======
+    for metrics in (found["controller"], *(s[name] for s in found["snapshots"] for name in ("actor", "switched"))):
+>>>>>>> docs
         assert sum(metrics[f"{name}_rate"]["value"] for name in ("success", "collision", "timeout")) == pytest.approx(
             1.0
         )
@@ -47,7 +55,7 @@ def test_a_run_is_diagnosed(run: Path, capsys: pytest.CaptureFixture[str]) -> No
         assert float(row["collision_rate"]) == (first == "crashed")
     assert found["controller"]["controller_share"] == 1.0
     assert {snapshot["actor"]["controller_share"] for snapshot in found["snapshots"]} == {0.0}
-    assert "step 400: actor alone reaches" in capsys.readouterr().out
+    assert "step 400: success rate actor alone" in capsys.readouterr().out
 
 
 def test_every_second_snapshot_counted_from_the_last(run: Path) -> None:
@@ -62,15 +70,15 @@ def test_the_end_of_a_training_that_went_on_after_its_last_snapshot(run: Path) -
     agent = make_agent(config, make_environment(config.task, config.reward))
     first, second = folder.snapshots()
     last = folder.checkpoint("last")
-    assert weights_of(folder, agent, 1) == [first, second]  # the last snapshot is of the training's end
+    assert list_weights(folder, agent, 1) == [first, second]  # the last snapshot is of the training's end
     shutil.rmtree(second.parent)
-    assert weights_of(folder, agent, 1) == [first, last]
-    assert weights_of(folder, agent, 2) == [last]
+    assert list_weights(folder, agent, 1) == [first, last]
+    assert list_weights(folder, agent, 2) == [last]
     diagnose.main([f"run={run}", "episodes=1"])
     found = json.loads((run / "diagnosis/diagnosis.json").read_text())
     assert [snapshot["step"] for snapshot in found["snapshots"]][1:] == [400]
     last.unlink()
-    assert weights_of(folder, agent, 1) == [first]
+    assert list_weights(folder, agent, 1) == [first]
 
 
 def test_a_training_in_progress_is_diagnosed(run: Path) -> None:
@@ -81,14 +89,14 @@ def test_a_training_in_progress_is_diagnosed(run: Path) -> None:
     assert {path.name for path in (run / "diagnosis").glob("*.png")} == PLOTS
 
 
-def test_a_damaged_step_log_is_told_before_the_driving(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(diagnose, "Examination", None)  # whoever drives fails
+def test_a_damaged_step_log_is_named_before_the_driving(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(diagnose, "Examiner", None)  # driving would fail
     (run / "steps.npz").write_bytes(b"half a log")
     with pytest.raises(UserError, match=r"steps\.npz is damaged"):
         diagnose.main([f"run={run}"])
 
 
-def test_ddpg_has_neither_pair_nor_controller(tmp_path: Path) -> None:
+def test_ddpg_has_neither_switched_policy_nor_controller(tmp_path: Path) -> None:
     run = tmp_path / "run"
     train.main(["task=nav_empty", "agent=ddpg", *TINY, "total_steps=200", f"run_dir={run}"])
     diagnose.main([f"run={run}", "episodes=1"])
@@ -97,7 +105,7 @@ def test_ddpg_has_neither_pair_nor_controller(tmp_path: Path) -> None:
     assert found["controller"] is None
     (snapshot,) = found["snapshots"]
     assert snapshot["q_actor"] is not None
-    assert {snapshot[name] for name in ("pair", "q_policy", "q_pair", "q_controller")} == {None}
+    assert {snapshot[name] for name in ("switched", "q_policy", "q_switched", "q_controller")} == {None}
 
 
 def test_an_older_run_is_diagnosed_from_what_it_has(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -156,3 +164,14 @@ def test_without_matplotlib_one_sentence_says_what_to_install(run: Path, monkeyp
     monkeypatch.setitem(sys.modules, "matplotlib", None)  # as if it were not installed
     with pytest.raises(UserError, match=r"pip install matplotlib"):
         diagnose.main([f"run={run}"])
+<<<<<<< HEAD
+=======
+
+
+def test_help_needs_no_run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    monkeypatch.setattr(sys, "argv", ["diagnose", "-h"])
+    program.run(diagnose.main, str(diagnose.__doc__))
+    printed = capsys.readouterr().out
+    for name in ("run=", "every=", "episodes=", "docs/guides/diagnosis.md"):
+        assert name in printed
+>>>>>>> docs

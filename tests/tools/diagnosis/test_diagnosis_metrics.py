@@ -1,4 +1,4 @@
-"""Figures of episodes and of a training, on cases that can be counted by hand."""
+"""Metrics of episodes and of a training, on cases that can be counted by hand."""
 
 import json
 from pathlib import Path
@@ -11,14 +11,14 @@ from asddpg.errors import UserError
 from tools.diagnosis.drive_metrics import End, drive_metrics, q_calibration
 from tools.diagnosis.returns import Tail
 from tools.diagnosis.rollouts import Rollout
-from tools.diagnosis.run_diagnosis import as_json
+from tools.diagnosis.run_diagnosis import to_json
 from tools.diagnosis.step_metrics import (
     read_steps,
     shares_by_distance,
     shares_by_place,
     shares_over_training,
 )
-from tools.diagnosis.training_metrics import read_training_metrics, windows_of
+from tools.diagnosis.training_metrics import read_training_metrics, read_windows
 
 FULL = np.pi / 3
 
@@ -38,7 +38,7 @@ def rollout(
     )
 
 
-def test_actions_are_told_apart() -> None:
+def test_metrics_of_actions() -> None:
     actions = [(0.5, 0.0), (0.0, 0.0), (0.0, FULL), (0.25, -FULL)]
     metrics = drive_metrics([rollout("reached", actions), rollout("crashed", actions)], TaskConfig())
     assert metrics.saturated_v == 0.75
@@ -46,7 +46,7 @@ def test_actions_are_told_apart() -> None:
     assert metrics.standing == 0.25
     assert metrics.circling == 0.25
     assert metrics.controller_share == 0.5
-    assert metrics.nowhere is None  # no episode lasts 5 s
+    assert metrics.stuck is None  # no episode lasts 5 s
     assert metrics.ends[1] == End("crashed", 0.0, 0.0, 5.0)
     assert (metrics.success_rate.value, metrics.collision_rate.value, metrics.timeout_rate.value) == (0.5, 0.5, 0.0)
 
@@ -59,35 +59,35 @@ def test_still_is_relative_to_the_least_speed() -> None:
     assert (from_zero.standing, from_zero.circling) == (0.0, 0.0)
 
 
-def test_who_circles_slowly_gets_nowhere_too() -> None:
+def test_a_robot_that_circles_slowly_is_stuck() -> None:
     angles = np.arange(51) * 0.2
     circle = np.stack([0.1 * np.cos(angles), 0.1 * np.sin(angles)], axis=1)
     straight = np.stack([np.arange(51) * 0.1, np.zeros(51)], axis=1)
     both = [rollout("timeout", [(0.1, 1.0)] * 50, list(map(tuple, way.tolist()))) for way in (circle, straight)]
-    assert drive_metrics(both[:1], TaskConfig()).nowhere == 1.0
-    assert drive_metrics(both, TaskConfig()).nowhere == 0.5
+    assert drive_metrics(both[:1], TaskConfig()).stuck == 1.0
+    assert drive_metrics(both, TaskConfig()).stuck == 0.5
     assert drive_metrics(both[:1], TaskConfig()).circling == 0.0
 
 
-def test_q_is_held_against_what_followed() -> None:
+def test_q_is_compared_with_the_return() -> None:
     three_steps = rollout("reached", [(0.5, 0.0)] * 3)
     found = q_calibration(np.array([2.75, 1.5, 1.0]), [three_steps], 0.5, Tail(-8.0, 8.0))
     assert found.bias == pytest.approx((2.75 - 1.75) / 3)
     assert found.bias_low == found.bias_high == found.bias
-    assert (found.states, found.left_out) == (3, 0)
+    assert (found.states, found.excluded) == (3, 0)
 
 
 def test_the_time_limit_makes_an_interval_of_the_bias() -> None:
     broken_off = rollout("timeout", [(0.5, 0.0)] * 3)
     found = q_calibration(np.array([1.75, 100.0, 100.0]), [broken_off], 0.5, Tail(-8.0, 8.0))
-    assert (found.states, found.left_out) == (1, 2)
+    assert (found.states, found.excluded) == (1, 2)
     assert (found.bias_low, found.bias, found.bias_high) == (-1.0, 0.0, 1.0)
     nothing = q_calibration(np.array([1.0]), [rollout("timeout", [(0.5, 0.0)])], 0.5, Tail(-8.0, 8.0))
     assert (nothing.states, nothing.bias, nothing.bins) == (0, None, [])
 
 
 def test_a_critic_that_diverged_can_still_be_written() -> None:
-    found = as_json(
+    found = to_json(
         q_calibration(np.array([np.nan, np.inf]), [rollout("reached", [(0.5, 0.0)] * 2)], 0.5, Tail(-8.0, 8.0))
     )
     assert found["mean_q"] is found["bias"] is None
@@ -100,7 +100,7 @@ def test_windows_of_training(tmp_path: Path) -> None:
     shares, errors = [1, 1, 1, 1, 1, 0, 0, 0, 0, 0], ["1", "2", "3", "4", "", "", "", "", "", ""]
     rows = [f"{10 * n},10,{share},{error}" for n, share, error in zip(range(1, 11), shares, errors, strict=True)]
     path.write_text("\n".join(["step,steps,controller_share,td_error_policy", *rows]) + "\n")
-    windows = windows_of(path)
+    windows = read_windows(path)
     assert windows.steps == [25.0, 75.0]
     assert windows.driven == [1.0, 0.0]
     assert windows.td_policy == [2.5, None]
@@ -112,9 +112,9 @@ def test_a_row_that_is_just_being_written_is_left_out(unfinished: str, tmp_path:
     path = tmp_path / "metrics.csv"
     rows = [f"{10 * n},10,0,1.0" for n in range(1, 6)]
     path.write_text("\r\n".join(["step,steps,controller_share,td_error_policy", *rows, ""]), newline="")
-    whole = windows_of(path)
+    whole = read_windows(path)
     path.write_text(path.read_text() + unfinished)
-    assert windows_of(path) == whole
+    assert read_windows(path) == whole
     assert whole.steps == [25.0]
 
 
@@ -123,10 +123,10 @@ def test_damaged_metrics_are_one_sentence(content: str, tmp_path: Path) -> None:
     path = tmp_path / "metrics.csv"
     path.write_text(content)
     with pytest.raises(UserError, match=r"metrics\.csv is damaged"):
-        windows_of(path)
+        read_windows(path)
     path.unlink()
     with pytest.raises(UserError, match=r"metrics\.csv cannot be read: No such file"):
-        windows_of(path)
+        read_windows(path)
 
 
 def test_a_damaged_step_log_is_one_sentence(tmp_path: Path) -> None:
@@ -144,7 +144,7 @@ def test_a_damaged_step_log_is_one_sentence(tmp_path: Path) -> None:
             read_steps(path)
 
 
-def test_a_training_that_has_hardly_begun_has_no_figures(tmp_path: Path) -> None:
+def test_a_training_that_has_hardly_begun_has_no_metrics(tmp_path: Path) -> None:
     (tmp_path / "metrics.csv").write_text("step,steps,controller_share\r\n18,1", newline="")
     nothing = {name: array[:0] for name, array in logged().items()}
     np.savez(tmp_path / "steps.npz", **nothing)  # type: ignore[arg-type]

@@ -3,9 +3,14 @@
 import numpy as np
 import pytest
 
+<<<<<<< HEAD
 from asddpg.config import LearningConfig, TrainConfig
 from tasks import Reward
 from tools.diagnosis.returns import LARGEST_UNKNOWN, Tail, discounted_returns, tail_of
+=======
+from asddpg.config import LearningConfig, RewardConfig, TrainConfig
+from tools.diagnosis.returns import MAX_UNKNOWN_WEIGHT, Tail, discounted_returns, tail_bounds
+>>>>>>> docs
 
 TAIL = Tail(worst=-8.0, best=4.0)
 
@@ -15,7 +20,7 @@ def test_after_an_end_nothing_follows() -> None:
     expected = [-1 + 0.5 * (-1 + 0.5 * 10), -1 + 0.5 * 10, 10]
     np.testing.assert_allclose(returns.low, expected)
     np.testing.assert_allclose(returns.high, expected)
-    assert returns.counts.all()
+    assert returns.is_counted.all()
 
 
 def test_after_a_time_limit_the_worst_or_the_best_may_follow() -> None:
@@ -23,8 +28,8 @@ def test_after_a_time_limit_the_worst_or_the_best_may_follow() -> None:
     np.testing.assert_allclose(returns.low, [-1.75 - 8 / 8, -1.5 - 8 / 4, -1 - 8 / 2])
     np.testing.assert_allclose(returns.high, [-1.75 + 4 / 8, -1.5 + 4 / 4, -1 + 4 / 2])
     # What is unknown weighs 1/8, 1/4 and 1/2.
-    assert LARGEST_UNKNOWN == 0.2
-    assert returns.counts.tolist() == [True, False, False]
+    assert MAX_UNKNOWN_WEIGHT == 0.2
+    assert returns.is_counted.tolist() == [True, False, False]
 
 
 @pytest.mark.parametrize(
@@ -37,11 +42,21 @@ def test_after_a_time_limit_the_worst_or_the_best_may_follow() -> None:
         (Reward(progress=1.0, time_penalty=0.01, crash=-5.0, reach=5.0), -11.0, 9.0),
     ],
 )
+<<<<<<< HEAD
 def test_the_rewards_bounds(reward: Reward, worst: float, best: float) -> None:
     tail = tail_of(TrainConfig(reward=reward))
+=======
+def test_the_rewards_bounds(reward: RewardConfig, worst: float, best: float) -> None:
+    tail = tail_bounds(TrainConfig(reward=reward))
+>>>>>>> docs
     assert [tail.worst, tail.best] == pytest.approx([worst, best])
 
 
 def test_the_controllers_price_may_follow_too() -> None:
+<<<<<<< HEAD
     config = TrainConfig(reward=Reward(), agent=LearningConfig(controller_price=0.05))
     assert tail_of(config).worst == pytest.approx(-10.0)
+=======
+    config = TrainConfig(reward=RewardConfig(), agent=LearningConfig(controller_price=0.05))
+    assert tail_bounds(config).worst == pytest.approx(-10.0)
+>>>>>>> docs

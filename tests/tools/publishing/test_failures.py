@@ -1,4 +1,4 @@
-"""Where a driver fails, from drives made up by hand."""
+"""Failures of a driver, on episodes made by hand."""
 
 from tasks.physics import Pose
 from tasks.room_geometry.held_out import Pair
@@ -21,13 +21,11 @@ def test_kinds_lengths_and_regions() -> None:
         drive((-1.0, 1.0), 1.5, "timeout"),
     ]
     text = report(drives)
-    assert "It fails on 4 of 5 pairs: 2 crashed, 2 out of time; 0 end within 1 m of the goal." in text
+    assert "It fails on 4 of 5 pairs: 2 crashed, 2 timed out; 0 end within 1 m of the goal." in text
     assert "| 2 to 3 m | 3 | 1 | 2 | 0 |" in text
     assert "| 3 to 4 m | 1 | 0 | 0 | 1 |" in text
     rows = [line for line in text.splitlines() if line.startswith("| x ")]
-    assert rows[0].startswith(
-        "| x 2 to 4, y -2 to 0 | 3 of 4 | 2 crashed, 1 out of time | (0.00, 0.00) → (2.00, -2.00)"
-    )
+    assert rows[0].startswith("| x 2 to 4, y -2 to 0 | 3 of 4 | 2 crashed, 1 timed out | (0.00, 0.00) → (2.00, -2.00)")
     assert rows[1].startswith("| x -2 to 0, y 0 to 2 | 1 of 1 |")
 
 
