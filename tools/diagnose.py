@@ -1,19 +1,8 @@
 """Where does the actor of a run fail? `python -m tools.diagnose run=runs/mine`.
 
-<<<<<<< HEAD
-Drives the stored validation pairs with each snapshot of the run: the actor alone, actor and controller together, and
-once the controller alone. Writes diagnosis.json and plots into the run's folder, under diagnosis/; docs/instruments.md
-says how to read them.
-=======
 Drives the stored validation pairs with each snapshot of the run: the actor alone, the switched policy, and once the
 controller alone. Writes diagnosis.json and plots into the run's folder, under diagnosis/; docs/guides/diagnosis.md says
-how to read them. Options:
-
-  run=runs/mine      folder of a training run, finished or in progress
-  every=1            1 takes every snapshot, 2 every second one, counted from the last
-  episodes=50        pairs driven, of the 50 stored
-  controller.type=   of a run with a controller of its own, package.module:Factory: that you trust that code
->>>>>>> docs
+how to read them.
 """
 
 from collections.abc import Sequence
@@ -59,27 +48,16 @@ def _parse(arguments: Sequence[str]) -> DiagnoseArguments:
 
 
 def main(arguments: Sequence[str]) -> None:
-<<<<<<< HEAD
-    """Drive, reckon, write, draw."""
+    """Drive, compute metrics, write, draw."""
     parsed = _parse(arguments)
     folder = open_run_folder(parsed.run)
     config, provenance = read_training(folder.config, parsed.controller)
-=======
-    """Drive, compute metrics, write, draw."""
-    asked = wish(arguments)
-    folder = open_run_folder(asked.run)
-    config, provenance = read_training(folder.config, asked.controller)
->>>>>>> docs
     config.device = "cpu"
     check_matplotlib()  # before the driving, which takes minutes
     prepare_torch()
     environment = make_environment(config.task, config.reward)
     agent = make_agent(config, environment, next(iter(folder.snapshots()), None))
-<<<<<<< HEAD
-    weights = weights_of(folder, agent, parsed.every)
-=======
-    weights = list_weights(folder, agent, asked.every)
->>>>>>> docs
+    weights = list_weights(folder, agent, parsed.every)
     if environment_hash(environment) != provenance.get("model_hash"):
         print("note: the scene's model is not the one this run was trained on")
     has_steps = folder.steps.is_file()
@@ -89,20 +67,11 @@ def main(arguments: Sequence[str]) -> None:
     training = read_training_metrics(folder.metrics, folder.steps if agent.controller and has_steps else None)
     pairs = stored_pairs(config.task.name, "validation", config.task.goal_radius)[: parsed.episodes]
     folder.diagnosis.mkdir(exist_ok=True)
-<<<<<<< HEAD
-    examination = Examination(config, environment, agent, pairs)
-    snapshots = [_examined(examination, agent, path) for path in weights]
-    diagnosis = diagnosis_of(str(folder.path), config, examination, snapshots, training)
-    write_json(folder.diagnosis / "diagnosis.json", as_json(diagnosis))
-    _draw(diagnosis, environment.get_wrapper_attr("obstacles"), examination, folder.diagnosis)
-=======
     examiner = Examiner(config, environment, agent, pairs)
     snapshots = [_examine(examiner, agent, path) for path in weights]
     diagnosis = examiner.diagnosis(str(folder.path), snapshots, training)
     write_json(folder.diagnosis / "diagnosis.json", to_json(diagnosis))
-    obstacles = Obstacles.from_model(environment.get_wrapper_attr("physics").model.ptr)
-    _draw(diagnosis, obstacles, examiner, folder.diagnosis)
->>>>>>> docs
+    _draw(diagnosis, environment.get_wrapper_attr("obstacles"), examiner, folder.diagnosis)
     print(f"written to {folder.diagnosis}")
 
 
@@ -128,12 +97,11 @@ def list_weights(folder: RunFolder, agent: AsDDPG, every: int) -> list[Path]:
     return snapshots[::-1][::every][::-1]
 
 
-<<<<<<< HEAD
-def _examined(examination: Examination, agent: AsDDPG, path: Path) -> Snapshot:
-    snapshot = examination.of_snapshot(_load(path, agent))
-    reached = {"actor alone": snapshot.actor, "pair": snapshot.pair}
-    shares = [f"{name} reaches {metrics.success_rate.value:.2f}" for name, metrics in reached.items() if metrics]
-    print(f"step {snapshot.step}: {', '.join(shares)}", flush=True)
+def _examine(examiner: Examiner, agent: AsDDPG, path: Path) -> Snapshot:
+    snapshot = examiner.examine_snapshot(_load(path, agent))
+    drivers = {"actor alone": snapshot.actor, "switched policy": snapshot.switched}
+    rates = [f"{name} {metrics.success_rate.value:.2f}" for name, metrics in drivers.items() if metrics]
+    print(f"step {snapshot.step}: success rate {', '.join(rates)}", flush=True)
     return snapshot
 
 
@@ -141,20 +109,8 @@ def _load(path: Path, agent: AsDDPG) -> int:
     return weights_file.load_into(path, agent.networks, needs_critic=True)
 
 
-def _draw(diagnosis: Diagnosis, obstacles: Obstacles, examination: Examination, folder: Path) -> None:
-    from tools.diagnosis.plots import draw  # only here: -h and wrong arguments need no matplotlib
-=======
-def _examine(examiner: Examiner, agent: AsDDPG, path: Path) -> Snapshot:
-    snapshot = examiner.examine_snapshot(weights_file.load(path, agent))
-    drivers = {"actor alone": snapshot.actor, "switched policy": snapshot.switched}
-    rates = [f"{name} {metrics.success_rate.value:.2f}" for name, metrics in drivers.items() if metrics]
-    print(f"step {snapshot.step}: success rate {', '.join(rates)}", flush=True)
-    return snapshot
-
-
 def _draw(diagnosis: Diagnosis, obstacles: Obstacles, examiner: Examiner, folder: Path) -> None:
     from tools.diagnosis.plots import draw  # only here: --help needs no matplotlib
->>>>>>> docs
 
     draw(diagnosis, obstacles, examiner.by_actor, folder)
 

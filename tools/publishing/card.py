@@ -79,15 +79,9 @@ class Facts:
         seconds: duration of the training.
         note: how the seed was chosen, may be empty.
         provenance: versions and scene of the training.
-<<<<<<< HEAD
-        tested_scene: hash of the scene it was tested in.
-        metrics: by who drove, as in DRIVERS.
-        failures: Markdown on where it fails.
-=======
         tested_scene: hash of the scene of the test.
         metrics: by driver, as in DRIVERS.
         failures: Markdown about the failures.
->>>>>>> docs
     """
 
     name: str

@@ -15,11 +15,7 @@ from asddpg.runs.run_folder import RunFolder, read_training
 from tests.asddpg.test_commands import read_rows
 from tests.conftest import TINY
 from tools import diagnose
-<<<<<<< HEAD
-from tools.diagnose import weights_of
-=======
-from tools.diagnose import Wish, list_weights, wish
->>>>>>> docs
+from tools.diagnose import list_weights
 
 PLOTS = {"outcomes.png", "controller_share.png", "q_values.png", "actions.png", "ends.png", "td_errors.png"}
 
@@ -39,11 +35,7 @@ def test_a_run_is_diagnosed(run: Path, capsys: pytest.CaptureFixture[str]) -> No
     found = json.loads((run / "diagnosis/diagnosis.json").read_text())
     assert [snapshot["step"] for snapshot in found["snapshots"]][-1] == 400
     assert len(found["snapshots"]) == 2
-<<<<<<< HEAD
-    for metrics in (found["controller"], *(s[name] for s in found["snapshots"] for name in ("actor", "pair"))):
-=======
     for metrics in (found["controller"], *(s[name] for s in found["snapshots"] for name in ("actor", "switched"))):
->>>>>>> docs
         assert sum(metrics[f"{name}_rate"]["value"] for name in ("success", "collision", "timeout")) == pytest.approx(
             1.0
         )
@@ -164,14 +156,3 @@ def test_without_matplotlib_one_sentence_says_what_to_install(run: Path, monkeyp
     monkeypatch.setitem(sys.modules, "matplotlib", None)  # as if it were not installed
     with pytest.raises(UserError, match=r"pip install matplotlib"):
         diagnose.main([f"run={run}"])
-<<<<<<< HEAD
-=======
-
-
-def test_help_needs_no_run(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
-    monkeypatch.setattr(sys, "argv", ["diagnose", "-h"])
-    program.run(diagnose.main, str(diagnose.__doc__))
-    printed = capsys.readouterr().out
-    for name in ("run=", "every=", "episodes=", "docs/guides/diagnosis.md"):
-        assert name in printed
->>>>>>> docs

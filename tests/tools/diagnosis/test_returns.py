@@ -3,14 +3,9 @@
 import numpy as np
 import pytest
 
-<<<<<<< HEAD
 from asddpg.config import LearningConfig, TrainConfig
 from tasks import Reward
-from tools.diagnosis.returns import LARGEST_UNKNOWN, Tail, discounted_returns, tail_of
-=======
-from asddpg.config import LearningConfig, RewardConfig, TrainConfig
 from tools.diagnosis.returns import MAX_UNKNOWN_WEIGHT, Tail, discounted_returns, tail_bounds
->>>>>>> docs
 
 TAIL = Tail(worst=-8.0, best=4.0)
 
@@ -42,21 +37,11 @@ def test_after_a_time_limit_the_worst_or_the_best_may_follow() -> None:
         (Reward(progress=1.0, time_penalty=0.01, crash=-5.0, reach=5.0), -11.0, 9.0),
     ],
 )
-<<<<<<< HEAD
 def test_the_rewards_bounds(reward: Reward, worst: float, best: float) -> None:
-    tail = tail_of(TrainConfig(reward=reward))
-=======
-def test_the_rewards_bounds(reward: RewardConfig, worst: float, best: float) -> None:
     tail = tail_bounds(TrainConfig(reward=reward))
->>>>>>> docs
     assert [tail.worst, tail.best] == pytest.approx([worst, best])
 
 
 def test_the_controllers_price_may_follow_too() -> None:
-<<<<<<< HEAD
     config = TrainConfig(reward=Reward(), agent=LearningConfig(controller_price=0.05))
-    assert tail_of(config).worst == pytest.approx(-10.0)
-=======
-    config = TrainConfig(reward=RewardConfig(), agent=LearningConfig(controller_price=0.05))
     assert tail_bounds(config).worst == pytest.approx(-10.0)
->>>>>>> docs
