@@ -11,7 +11,7 @@ from sphinx.application import Sphinx
 from sphinx.util.docutils import SphinxDirective
 
 ROOT = Path(__file__).resolve().parent.parent
-sys.path[:0] = [str(ROOT), str(ROOT / "docs")]
+sys.path.insert(0, str(ROOT))
 
 logging.getLogger("absl").setLevel("WARNING")  # MuJoCo's greeting
 
@@ -59,15 +59,9 @@ class OptionsDirective(SphinxDirective):
 
     def run(self) -> list[nodes.Node]:
         """Parse the rendered Markdown in place."""
-        return self.parse_text_to_nodes(_options_reference(), allow_section_headings=True)
-
-
-def _options_reference() -> str:
-    try:
         from tools.options_reference import options_reference
-    except ImportError:
-        from options_of_comments import options_reference
-    return str(options_reference())
+
+        return self.parse_text_to_nodes(options_reference(), allow_section_headings=True)
 
 
 def setup(app: Sphinx) -> None:

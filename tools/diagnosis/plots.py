@@ -199,7 +199,7 @@ def _actions(diagnosis: Diagnosis) -> Sheet:
 
 
 def _ends(diagnosis: Diagnosis, obstacles: Obstacles, by_actor: Sequence[Rollout]) -> Sheet:
-    sheet = Sheet(_title(diagnosis, "Where episodes of the actor alone end"), columns=2, panel=(5.8, 5.6))
+    sheet = Sheet(_title(diagnosis, "Where episodes of the actor alone end"), columns=2, panel=(4.8, 4.8))
     room, failures = sheet.axes
     draw_room(room, obstacles)
     draw_ends(room, by_actor)
@@ -238,7 +238,7 @@ def _failures(axes: Axes, diagnosis: Diagnosis, outcome: str) -> None:
 
 def _td_errors(diagnosis: Diagnosis) -> Sheet:
     training = diagnosis.training.windows
-    sheet = Sheet(f"TD errors · {diagnosis.agent} on {diagnosis.task}", columns=1, panel=(7.6, 3.8))
+    sheet = Sheet(f"TD errors · {diagnosis.agent} on {diagnosis.task}", columns=1, panel=(6.8, 3.6))
     (axes,) = sheet.axes
     steps = _thousands(training.steps)
     ACTOR.named("samples of the policy").line(axes, steps, _floats(training.td_policy))

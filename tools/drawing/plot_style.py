@@ -67,7 +67,7 @@ class Sheet:
     def legend_below(self) -> None:
         """One legend for all panels."""
         handles, names = self.axes[0].get_legend_handles_labels()
-        self.figure.legend(handles, names, loc="outside lower center", ncols=len(names), frameon=False)
+        self.figure.legend(handles, names, loc="outside lower center", ncols=min(len(names), 3), frameon=False)
 
     def save(self, path: Path) -> None:
         """Write a PNG that does not depend on versions or the clock."""

@@ -55,7 +55,7 @@ def draw_ends(axes: Axes, rollouts: Sequence[Rollout]) -> None:
 
 def legend_under(axes: Axes) -> None:
     """Put the legend below the axes."""
-    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=4, frameon=False, handletextpad=0.3)
+    axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2, frameon=False, handletextpad=0.3)
 
 
 def _draw_paths(axes: Axes, rollouts: Sequence[Rollout], colour: str) -> None:
