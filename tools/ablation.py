@@ -20,7 +20,7 @@ from asddpg.errors import UserError
 from asddpg.program import run
 from tools.experiments.ablation_table import ablation_table, screen
 from tools.experiments.factors import FACTORS, Factor
-from tools.experiments.grid import parse_words, run_grid
+from tools.experiments.grid import parse_choices, run_grid
 from tools.experiments.run_csv import PUBLISHED, read_csv
 from tools.experiments.run_store import RunStore
 from tools.experiments.run_training import train
@@ -49,8 +49,8 @@ class Options:
 
 def parse(arguments: Sequence[str]) -> Options:
     """Read a command line; UserError where it is invalid."""
-    words = [argument for argument in arguments if "=" not in argument]
-    verb, is_published, factors = parse_words(words, FACTORS, "factor")
+    names = [argument for argument in arguments if "=" not in argument]
+    verb, is_published, factors = parse_choices(names, FACTORS, "factor")
     options = {"task": "nav_complex"} | options_in(argument for argument in arguments if "=" in argument)
     fixed = [name for name in options if name in SET_BY_GRID]
     if fixed:

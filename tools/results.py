@@ -10,7 +10,7 @@ from pathlib import Path
 
 from asddpg.program import run
 from tools.experiments import controller_alone
-from tools.experiments.grid import parse_words, run_grid
+from tools.experiments.grid import parse_choices, run_grid
 from tools.experiments.run_csv import PUBLISHED, read_csv
 from tools.experiments.run_store import Results, RunStore
 from tools.experiments.runs import Group
@@ -43,7 +43,7 @@ GROUPS = {
 
 def main(arguments: Sequence[str]) -> None:
     """Train and write the table, or list."""
-    verb, is_published, groups = parse_words(arguments, GROUPS, "group")
+    verb, is_published, groups = parse_choices(arguments, GROUPS, "group")
     store = RunStore(FOLDER, read_csv(TABLE) if is_published else {})
     run_grid(verb, groups, store, lambda results: draw(groups, results, may_drive=not verb))
 

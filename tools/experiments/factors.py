@@ -12,7 +12,7 @@ class Factor:
 
     Attributes:
         title: what it is.
-        source: who proposed it.
+        source: the paper or code it comes from.
         off: without it.
         on: with it.
         beside: what has to be set for it to act, or to be possible; its reference has that too.

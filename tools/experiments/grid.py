@@ -18,7 +18,7 @@ STEPS_PER_SECOND = 90.0  # of each of two runs at once on two cores, until there
 T = TypeVar("T")
 
 
-def parse_words(words: Sequence[str], choices: Mapping[str, T], kind: str) -> tuple[str, bool, Mapping[str, T]]:
+def parse_choices(arguments: Sequence[str], choices: Mapping[str, T], kind: str) -> tuple[str, bool, Mapping[str, T]]:
     """Read the arguments that are no options.
 
     Returns:
@@ -27,15 +27,15 @@ def parse_words(words: Sequence[str], choices: Mapping[str, T], kind: str) -> tu
     Raises:
         UserError: an argument is unknown, or two exclude each other.
     """
-    words = [word.removeprefix("--") for word in words]
-    unknown = [word for word in words if word not in (*VERBS, "published", *choices)]
+    named = [argument.removeprefix("--") for argument in arguments]
+    unknown = [name for name in named if name not in (*VERBS, "published", *choices)]
     if unknown:
         known = f"{', '.join(choices)}, and {', '.join(VERBS)}, published"
         raise UserError(f"there is no {kind} {unknown[0]!r}; there are {known}")
-    if set(VERBS) <= set(words):
+    if set(VERBS) <= set(named):
         raise UserError("list or table, not both")
-    chosen = {name: choice for name, choice in choices.items() if name in words}
-    return next((verb for verb in VERBS if verb in words), ""), "published" in words, chosen or choices
+    chosen = {name: choice for name, choice in choices.items() if name in named}
+    return next((verb for verb in VERBS if verb in named), ""), "published" in named, chosen or choices
 
 
 def run_grid(verb: str, groups: Mapping[str, Group], store: RunStore, draw: Callable[[Results], str]) -> None:
