@@ -21,7 +21,7 @@ _LARGEST = 2**63  # no option needs such a whole number, and not every counter c
 
 
 class Range(NamedTuple):
-    """The values that an option takes, and the words that end the sentence "it must be …"."""
+    """The values that an option takes, and the end of the sentence "it must be …"."""
 
     includes: Callable[[Any], bool]
     text: str
@@ -54,7 +54,7 @@ TYPES: dict[Any, str] = {
     Path: "a path",
     list[int]: "a list of whole numbers, such as [1,2]",
     list[float]: "a list of numbers, such as [1,2.5]",
-    list[str]: "a list of words, such as [one,two]",
+    list[str]: "a list of texts, such as [one,two]",
     list[Path]: "paths",
     types.NoneType: "null",
 }

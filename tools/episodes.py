@@ -162,7 +162,7 @@ def main(arguments: Sequence[str]) -> None:
 
 def _summary(counts: Counter[str], size: int) -> str:
     if not counts:
-        return "no recording is as asked for"
+        return "no recording matches"
     outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counts.most_common())
     total = counts.total()
     return f"{total} recording{'s' * (total > 1)}, {size / KILOBYTE**2:.1f} MB: {outcomes}"

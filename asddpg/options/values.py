@@ -30,8 +30,8 @@ def read_value(option: Option, text: str) -> Any:
     try:
         value = _read(text, kinds)
     except ValueError:
-        words = " or ".join(TYPES[kind] for kind in kinds)
-        raise UserError(f"{option.name} must be {words}, not {truncated_repr(text)}") from None
+        allowed = " or ".join(TYPES[kind] for kind in kinds)
+        raise UserError(f"{option.name} must be {allowed}, not {truncated_repr(text)}") from None
     check_value(option, value)
     return value
 

@@ -10,7 +10,7 @@ from hypothesis.strategies import SearchStrategy
 
 from tasks.options import options_of
 
-Words = SearchStrategy[list[str]]
+ArgumentLists = SearchStrategy[list[str]]
 
 
 def options(config: type) -> dict[str, Any]:
