@@ -160,6 +160,7 @@ def _too_large(config: type) -> ArgumentLists:
     digits = st.sampled_from([20, 30, 309, 400, 4299, 4301, 9000])
 
     def argument(name: str, count: int, sign: str) -> list[str]:
+        count = max(count, 309) if options(config)[name] is float else count
         number = f"{sign}1{'0' * count}"
         return [f"{name}=[{number},1]" if options(config)[name] == list[int] else f"{name}={number}"]
 
