@@ -8,7 +8,7 @@ from dataclasses import MISSING
 from typing import Any, NoReturn, TypeVar
 
 from asddpg.errors import UserError, truncated_repr
-from asddpg.options.values import read_value
+from asddpg.options.values import check_value, read_value
 from tasks.options import Option, default_of, options_of
 
 Arguments = TypeVar("Arguments")
@@ -88,8 +88,8 @@ def _assign(options: Sequence[Option], plain: Sequence[str]) -> dict[str, Any]:
     for option in options:
         if is_list(option):
             values |= {option.name: [read_value(_item(option), text) for text in rest]} if rest else {}
-            if rest and (requirement := option.requirement(values[option.name])):
-                raise UserError(f"{label(option)} must be {requirement}")
+            if rest:
+                check_value(option, values[option.name])
             return values
         if rest:
             values[option.name] = read_value(option, rest.pop(0))
