@@ -18,7 +18,7 @@ from omegaconf.errors import OmegaConfBaseException
 from asddpg.config import EvaluateConfig, PlayConfig, TrainConfig, check
 from asddpg.errors import UserError, truncated_repr
 from asddpg.options.parsing import find_option, parse_arguments, with_values
-from asddpg.options.values import read_value
+from asddpg.options.values import check_value, read_value
 from tasks.errors import TaskError
 from tasks.options import options_of
 from tasks.rewards import REWARDS
@@ -139,9 +139,7 @@ def _choice(group: str, name: str) -> str:
 def _finished(composed: DictConfig | ListConfig, values: Mapping[str, Any]) -> TrainConfig:
     plain = OmegaConf.to_container(composed)
     for option in options_of(TrainConfig):
-        value = reduce(getitem, option.name.split("."), plain)  # type: ignore[arg-type]
-        if requirement := option.requirement(value):
-            raise UserError(f"{option.name} must be {requirement}, not {truncated_repr(value)}")
+        check_value(option, reduce(getitem, option.name.split("."), plain))  # type: ignore[arg-type]
     try:
         config: TrainConfig = with_values(OmegaConf.to_object(composed), values)
     except TaskError as error:

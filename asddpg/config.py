@@ -3,30 +3,43 @@
 A field without option() is no option: the name of a choice, such as task.name, which task= sets.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
-from asddpg.errors import UserError, truncated_repr
+from asddpg.errors import UserError
+from asddpg.options.values import check_value
 from tasks import NavigationConfig, Reward
 from tasks.constants import NUM_SCANS
-from tasks.options import NOT_NEGATIVE, POSITIVE, SHARE, Range, between, one_of, option, options_of
+from tasks.options import NOT_NEGATIVE, POSITIVE, SHARE, Range, between, one_of, option, options_of, some_of
 from tasks.rewards import REWARDS, Outcome
 
 SEED = Range(lambda value: 0 <= value < 2**63, "from 0 to 2^63 − 1")
-PORT = between(0, 65_535)
 EPISODES = Range(lambda value: 1 <= value <= 10**6, "from 1 to a million")
-OUTCOMES = tuple(str(outcome) for outcome in Outcome if outcome is not Outcome.RUNNING)
+PORT = between(0, 65_535)
+DISCOUNT = Range(lambda value: 0 <= value < 1, "from 0 to below 1")
+POSITIVE_SHARE = Range(lambda value: 0 < value <= 1, "above 0 and up to 1")
+NOISE_LOSS = Range(lambda value: 0 <= value < 2, "from 0 to below 2, where the noise would grow without bound")
+BUFFER = Range(lambda value: 0 < value <= 10**7, "from 1 to 10 million")
+LAYERS = Range(
+    lambda widths: 2 <= len(widths) <= 100 and all(1 <= width <= 65_536 for width in widths),
+    "two or more layers, up to 100, of 1 to 65536 neurons",
+)
+GAINS = Range(
+    lambda gains: len(gains) == 2 and all(abs(gain) < 1e6 for gain in gains),
+    "two numbers within a million, P_l and P_r",
+)
+CAMERAS = Range(lambda names: len(set(names)) == len(names), "names of cameras, each once")
+PICTURE_SIZE = Range(
+    lambda size: len(size) == 2 and all(16 <= side <= 1080 and side % 2 == 0 for side in size),
+    "width and height, two even numbers from 16 to 1080 px",
+)
+EPISODE_NUMBERS = Range(lambda numbers: all(number >= 1 for number in numbers), "numbers of episodes, counted from 1")
+OUTCOMES = some_of(*(str(outcome) for outcome in Outcome if outcome is not Outcome.RUNNING))
 MIN_BEAMS = 12  # of the convolutions, which halve a scan twice
 
-
-def is_of_layers(widths: Sequence[int]) -> bool:
-    """Whether networks can be built of these layers."""
-    return 2 <= len(widths) <= 100 and all(1 <= width <= 65_536 for width in widths)
-
-
-def is_picture_size(size: Sequence[int]) -> bool:
-    """Whether pictures of this width and height, px, can be encoded."""
-    return len(size) == 2 and all(16 <= side <= 1080 and side % 2 == 0 for side in size)
+# Sentences that stand beside several options.
+_DEVICE = "Where the networks are computed: cpu, cuda or cuda:<n>."
+_PORT = "Port of the WebSocket; 0 takes a free one."
+_EVERY = "Episodes from one recorded to the next; 1 records all, 0 none."
 
 
 @dataclass
@@ -43,15 +56,12 @@ class NetworkConfig:
 
     name: str = "fc3x256"
     widths: list[int] = option(
-        [256, 256, 256],
-        "Neurons of each fully connected layer, alike in policy and critic.",
-        Range(is_of_layers, "two or more layers, up to 100, of 1 to 65536 neurons"),
+        [256, 256, 256], "Neurons of each fully connected layer, in policy and critic alike.", LAYERS
     )
     layer_norm: bool = option(False, "Whether the critic branch normalises each hidden layer (Ba et al., 2016).")
     convolutions: str = option(
         "separate",
-        "separate: policy and critic each have their own; shared: the policy looks through the critic's, trained by "
-        "Eq. 4; none: the scan goes straight to the fully connected layers, as in the released code.",
+        "Whose convolutions: each its own, the critic's for both, or none at all.",
         one_of("separate", "shared", "none"),
     )
 
@@ -65,7 +75,7 @@ class WithdrawalConfig:
     begin: float = option(0.1, "Share of training after which the first share begins to change.", SHARE)
     end: float = option(0.9, "Share of training after which the last share is reached.", SHARE)
     stretch_steps: int = option(
-        0, "Steps after which the driver is drawn anew within an episode; 0 draws for whole episodes.", NOT_NEGATIVE
+        0, "Steps between two draws of the driver in an episode; 0 draws once an episode.", NOT_NEGATIVE
     )
 
 
@@ -75,51 +85,37 @@ class LearningConfig:
 
     name: str = "asddpg"
     assisted: bool = option(True, "Whether a controller assists; without one AsDDPG is DDPG.")
-    gamma: float = option(0.99, "γ, discount of a step.", Range(lambda value: 0 <= value < 1, "from 0 to below 1"))
-    tau: float = option(
-        0.005,
-        "τ, share of the way the targets move at each update.",
-        Range(lambda value: 0 < value <= 1, "above 0 and up to 1"),
-    )
+    gamma: float = option(0.99, "γ, discount of a step.", DISCOUNT)
+    tau: float = option(0.005, "τ, share of the way the targets move at each update.", POSITIVE_SHARE)
     actor_learning_rate: float = option(1e-4, "Learning rate of the policy (Adam).", POSITIVE)
     critic_learning_rate: float = option(3e-4, "Learning rate of the Critic-DQN (Adam).", POSITIVE)
     batch_size: int = option(32, "N of Algorithm 1, transitions an update.", POSITIVE)
-    buffer_size: int = option(
-        100_000, "Transitions the replay buffer holds.", Range(lambda value: 0 < value <= 10**7, "from 1 to 10 million")
-    )
+    buffer_size: int = option(100_000, "Transitions the replay buffer holds.", BUFFER)
     learning_starts: int = option(1000, "Transitions gathered before the first update.", NOT_NEGATIVE)
     gamma_p: float = option(0.5, "γ_p on the controller's positive dense rewards; 1 makes its help free.", SHARE)
     controller_price: float = option(0.0, "Taken off each of the controller's steps, under any reward.", NOT_NEGATIVE)
     charge_critic: bool = option(
-        False, "Whether γ_p and the price act in y^A too, as in the paper's Eq. 4, or in y^Q alone."
+        False, "Whether γ_p and the price act in y^A too (the paper's Eq. 4), not in y^Q alone."
     )
     critic_follows_switch: bool = option(
-        True,
-        "Whether Q^A bootstraps from the switch's value, Q'(x', argmax_σ Q), or from Q^A'(x', π'(x')), the paper's "
-        "Eq. 4.",
+        True, "Whether Q^A bootstraps from max_σ Q, the switch's value; else from itself (Eq. 4)."
     )
     imitation: float = option(
-        1.0,
-        "Weight of imitating the controller where the critic prefers its action; 0 leaves the paper's Eq. 5.",
-        NOT_NEGATIVE,
+        1.0, "Weight of imitating the controller where the critic prefers it; 0 is Eq. 5.", NOT_NEGATIVE
     )
     n_steps: int = option(3, "Steps that a return reaches ahead before it bootstraps.", between(1, 100))
     twin_critics: bool = option(
-        False, "Whether there are two critics, the smaller of which bootstraps (TD3, Fujimoto et al., 2018)."
+        False, "Whether the smaller one of two critics bootstraps (TD3, Fujimoto et al., 2018)."
     )
     target_noise: float = option(
-        0.0,
-        "σ of the noise on π' in y^A, in units of half an action's range, cut at twice that (TD3: 0.2, cut at 0.5).",
-        NOT_NEGATIVE,
+        0.0, "σ of the noise on π' in y^A, in half an action's range, cut at 2 σ (TD3: 0.2).", NOT_NEGATIVE
     )
-    policy_every: int = option(
-        2, "Updates of the critic for each of the policy (after TD3, which delays the critic's target too).", POSITIVE
-    )
+    policy_every: int = option(2, "Updates of the critic for each of the policy (as in TD3).", POSITIVE)
     balanced_batches: bool = option(
-        False, "Whether a batch is half from the actor's steps and half from the controller's."
+        False, "Whether half a batch comes from the actor's steps, half from the controller's."
     )
     annealing: float = option(
-        0.3, "Share of training, at its end, over which the learning rates decay linearly to zero.", SHARE
+        0.3, "Share of training, at its end, in which the learning rates fall linearly to zero.", SHARE
     )
     withdrawal: WithdrawalConfig = field(default_factory=WithdrawalConfig)
 
@@ -129,28 +125,17 @@ class ControllerConfig:
     """The controller that assists, or drives alone as a baseline."""
 
     type: str = option("proportional", "proportional, or a class of your own as package.module:Factory.")
-    gains: list[float] = option(
-        [1.0, 1.0],
-        "P_l in 1/s and P_r in rad/(s·m).",
-        Range(
-            lambda gains: len(gains) == 2 and all(abs(gain) < 1e6 for gain in gains),
-            "two numbers within a million, P_l and P_r",
-        ),
-    )
+    gains: list[float] = option([1.0, 1.0], "P_l in 1/s and P_r in rad/(s·m).", GAINS)
 
 
 @dataclass
 class ExplorationConfig:
     """Ornstein-Uhlenbeck noise on the policy's actions, in units of half an action's range."""
 
-    theta: float = option(
-        0.15,
-        "Share of the noise lost at each step.",
-        Range(lambda value: 0 <= value < 2, "from 0 to below 2, where the noise would grow without bound"),
-    )
+    theta: float = option(0.15, "Share of the noise lost at each step.", NOISE_LOSS)
     sigma: float = option(0.2, "Standard deviation of what each step adds.", NOT_NEGATIVE)
     decay: float = option(
-        0.8, "Share of training over which the noise fades to its final scale; 0 fades it at once.", SHARE
+        0.8, "Share of training in which the noise fades to its final scale; 0 fades it at once.", SHARE
     )
     final_scale: float = option(0.1, "Scale of the noise from then on.", SHARE)
 
@@ -169,27 +154,19 @@ class PictureConfig:
     """Pictures by cameras of the scene."""
 
     cameras: list[str] = option(
-        [],
-        "Cameras whose pictures are recorded too, such as [chase,onboard], and shown live.",
-        Range(lambda names: len(set(names)) == len(names), "names of cameras, each once"),
+        [], "Cameras whose pictures are recorded, and shown live, such as [chase,onboard].", CAMERAS
     )
     codec: str = option(
-        "jpeg",
-        "Of the pictures; h264 takes half the disk space and needs PyAV (pip install av).",
-        one_of("jpeg", "h264"),
+        "jpeg", "Form of the pictures; h264 halves the files and needs PyAV (pip install av).", one_of("jpeg", "h264")
     )
-    picture_size: list[int] = option(
-        [320, 240],
-        "Width and height of the pictures, px.",
-        Range(is_picture_size, "width and height, two even numbers from 16 to 1080 px"),
-    )
+    picture_size: list[int] = option([320, 240], "Width and height of the pictures, px.", PICTURE_SIZE)
 
 
 @dataclass
 class RecordConfig(PictureConfig):
     """Recordings of episodes for Foxglove, episodes/*.mcap in the run's folder. They change nothing that is learned."""
 
-    every: int = option(50, "Episodes from one recorded to the next; 1 records all, 0 none.", NOT_NEGATIVE)
+    every: int = option(50, _EVERY, NOT_NEGATIVE)
     keep: int = option(200, "Recordings kept at most; the oldest go.", POSITIVE)
 
 
@@ -197,16 +174,10 @@ class RecordConfig(PictureConfig):
 class RecordEvaluationConfig(PictureConfig):
     """Recordings of the episodes for Foxglove, *.mcap in evaluated_episodes/ or played_episodes/."""
 
-    every: int = option(0, "Episodes from one recorded to the next; 1 records all, 0 none.", NOT_NEGATIVE)
-    only: list[int] = option(
-        [],
-        "Numbers of episodes that are recorded besides.",
-        Range(lambda numbers: all(number >= 1 for number in numbers), "numbers of episodes, counted from 1"),
-    )
+    every: int = option(0, _EVERY, NOT_NEGATIVE)
+    only: list[int] = option([], "Numbers of episodes that are recorded besides.", EPISODE_NUMBERS)
     outcomes: list[str] = option(
-        [],
-        "Outcomes whose recordings are kept; [] keeps all. Alone it means every=1.",
-        Range(lambda outcomes: set(outcomes) <= set(OUTCOMES), f"some of {', '.join(OUTCOMES)}"),
+        [], "Outcomes whose recordings are kept; [] keeps all. Alone it means every=1.", OUTCOMES
     )
 
 
@@ -225,21 +196,13 @@ class TrainConfig:
     seed: int = option(0, "Of every random stream of the run.", SEED)
     total_steps: int = option(100_000, "Control steps to train for.", POSITIVE)
     checkpoint_every: int = option(
-        10_000,
-        "Training steps between two checkpoints, from which resume= goes on; 0 for the last one alone.",
-        NOT_NEGATIVE,
+        10_000, "Steps between two checkpoints, from which resume= goes on; 0 for the last alone.", NOT_NEGATIVE
     )
-    test_episodes: int = option(
-        200,
-        "Pairs of the stored test set that the trained actor is tested on; 0 for none.",
-        between(0, 200, ", the size of the stored test set"),
-    )
+    test_episodes: int = option(200, "Stored test pairs that the trained actor drives; 0 for none.", between(0, 200))
     run_dir: str | None = option(None, "Folder of the run; null makes runs/<time>_<task>_<agent>_seed<seed>.")
-    device: str = option("cpu", "cpu, cuda or cuda:<n>.")
-    live: bool = option(
-        False, "Whether Foxglove can watch, over a WebSocket of this machine. It changes nothing that is learned."
-    )
-    port: int = option(8765, "Port of the WebSocket; 0 takes a free one.", PORT)
+    device: str = option("cpu", _DEVICE)
+    live: bool = option(False, "Whether Foxglove can watch over a WebSocket; nothing that is learned changes.")
+    port: int = option(8765, _PORT, PORT)
     speed: float = option(
         0.0, "Simulated seconds a second while a viewer watches; 0 goes as fast as it can.", NOT_NEGATIVE
     )
@@ -249,19 +212,13 @@ class TrainConfig:
 class DriverConfig:
     """Which driver drives, and where."""
 
-    run: str | None = option(
-        None, "Folder of a training run, or pretrained:<name>; null with agent=controller or agent=random."
-    )
+    run: str | None = option(None, "Folder of a run, or pretrained:<name>; null with agent=controller or agent=random.")
     checkpoint: str = option("last", "Checkpoint of a run's folder.", one_of("last", "best"))
-    driver: str = option(
-        "actor",
-        "What drives a trained run: its actor alone, without noise, or actor and controller by its switch.",
-        one_of("actor", "switch"),
-    )
+    driver: str = option("actor", "Of a run: its actor alone, or with its controller.", one_of("actor", "switch"))
     agent: str | None = option(None, "A baseline instead of a run: controller or random.")
     task: str | None = option(None, "The task to drive; null takes the run's.")
     controller: ControllerConfig = field(default_factory=ControllerConfig)
-    device: str = option("cpu", "cpu, cuda or cuda:<n>.")
+    device: str = option("cpu", _DEVICE)
 
 
 @dataclass
@@ -278,9 +235,7 @@ class PlayConfig(DriverConfig):
     """`python -m asddpg.play`."""
 
     driver: str = option(
-        "actor",
-        "What drives a trained run: its actor alone, actor and controller by its switch, or its controller alone.",
-        one_of("actor", "switch", "controller"),
+        "actor", "Of a run: its actor, both by its switch, or its controller.", one_of("actor", "switch", "controller")
     )
     episodes: int | None = option(None, "Episodes to drive; null drives 3, and with live=true until Ctrl-C.", EPISODES)
     seed: int | None = option(None, "Of the starts and goals; null draws one, which is printed.", SEED)
@@ -288,7 +243,7 @@ class PlayConfig(DriverConfig):
     video: str | None = option(None, "A film of the episodes, .mp4; null makes none.")
     camera: str = option("chase", "Camera of the film: one of the scene, or free for the whole of it.")
     live: bool = option(False, "Whether Foxglove can watch and steer, over a WebSocket of this machine.")
-    port: int = option(8765, "Port of the WebSocket; 0 takes a free one.", PORT)
+    port: int = option(8765, _PORT, PORT)
     speed: float = option(1.0, "Simulated seconds a second when live; 0 goes as fast as it can.", NOT_NEGATIVE)
 
 
@@ -299,8 +254,7 @@ def check(config: TrainConfig | EvaluateConfig | PlayConfig) -> None:
         UserError: the first that is wrong, and what would be right.
     """
     for each in options_of(config):
-        if requirement := each.requirement(each.value):
-            raise UserError(f"{each.name} must be {requirement}, not {truncated_repr(each.value)}")
+        check_value(each, each.value)
     _check_cameras(config.record, is_live=getattr(config, "live", False))
     if isinstance(config, PlayConfig) and config.video is None and config.camera != PlayConfig.camera:
         raise UserError("camera chooses whose pictures a film shows, and none is made: video=out.mp4 makes one")

@@ -26,16 +26,10 @@ _NOISE_FLOOR, _NOISE_SLOPE, _NOISE_OFFSET = 0.028, 0.0013, 0.0001
 class LaserConfig:
     """What the laser does; by default it is perfect."""
 
-    num_beams: int = option(
-        NUM_BEAMS,
-        "Beams over 240 degrees; the paper's code keeps 40, the real laser has 682.",
-        between(2, 2000),
-    )
+    num_beams: int = option(NUM_BEAMS, "Beams over 240°; 40 in the paper's code, 682 in reality.", between(2, 2000))
     noise: float = option(0.0, "Scale of the noise on every range; 1 is that of a real URG-04LX, 0 none.", NOT_NEGATIVE)
     dropout: float = option(0.0, "Probability that a beam returns nothing; it then reads the maximum range.", SHARE)
-    latency: float = option(
-        0.0, "Seconds from the instant of a scan to the end of the control step that returns it.", between(0, 2, " s")
-    )
+    latency: float = option(0.0, "Seconds from a scan to the end of the step that returns it.", between(0, 2, " s"))
 
     def __post_init__(self) -> None:
         """TaskError where a value is out of range."""

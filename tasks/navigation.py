@@ -34,38 +34,23 @@ def _is_control_timestep(seconds: float) -> bool:
     return 0.01 <= seconds <= 2.0 and abs(steps - round(steps)) < 1e-6
 
 
+CONTROL_TIMESTEPS = Range(_is_control_timestep, "from 0.01 to 2 s and a multiple of the physics step, 5 ms")
+SPEEDS = _up_to(constants.WHEEL_SPEED_LIMIT * constants.WHEEL_RADIUS, "m/s")
+TURN_RATES = _up_to(constants.TURN_RATE_LIMIT, "rad/s")
+
+
 @dataclass
 class NavigationConfig:
     """Every constant of the task; the defaults are the paper's."""
 
-    control_timestep: float = option(
-        constants.CONTROL_TIMESTEP,
-        "Seconds between two commands.",
-        Range(_is_control_timestep, "from 0.01 to 2 s and a multiple of the physics step, 5 ms"),
-    )
+    control_timestep: float = option(constants.CONTROL_TIMESTEP, "Seconds between two commands.", CONTROL_TIMESTEPS)
     goal_radius: float = option(
-        constants.GOAL_RADIUS,
-        "Metres between base and goal at which the goal counts as reached.",
-        between(0.1, 2, " m"),
+        constants.GOAL_RADIUS, "Metres from the goal that count as reached.", between(0.1, 2, " m")
     )
-    time_limit_steps: int = option(
-        constants.TIME_LIMIT_STEPS,
-        "Control steps after which an episode is broken off; a limit of time, not an end (discount 1).",
-        POSITIVE,
-    )
-    min_linear_velocity: float = option(
-        0.0, "The smallest forward speed commanded, m/s; the paper's code keeps 0.05.", NOT_NEGATIVE
-    )
-    max_linear_velocity: float = option(
-        constants.MAX_LINEAR_VELOCITY,
-        "The largest forward speed commanded, m/s.",
-        _up_to(constants.WHEEL_SPEED_LIMIT * constants.WHEEL_RADIUS, "m/s"),
-    )
-    max_angular_velocity: float = option(
-        constants.MAX_ANGULAR_VELOCITY,
-        "The largest turn rate commanded, either way, rad/s.",
-        _up_to(constants.TURN_RATE_LIMIT, "rad/s"),
-    )
+    time_limit_steps: int = option(constants.TIME_LIMIT_STEPS, "Control steps until an episode times out.", POSITIVE)
+    min_linear_velocity: float = option(0.0, "Smallest forward speed, m/s; 0.05 in the paper's code.", NOT_NEGATIVE)
+    max_linear_velocity: float = option(constants.MAX_LINEAR_VELOCITY, "Largest forward speed, m/s.", SPEEDS)
+    max_angular_velocity: float = option(constants.MAX_ANGULAR_VELOCITY, "Largest turn rate, rad/s.", TURN_RATES)
     laser: LaserConfig = field(default_factory=LaserConfig)
 
     def __post_init__(self) -> None:

@@ -21,7 +21,7 @@ _LARGEST = 2**63  # no option needs such a whole number, and not every counter c
 
 
 class Range(NamedTuple):
-    """The values that an option takes, and the words that end the sentence "it must be …"."""
+    """The values that an option takes, and the end of the sentence "it must be …"."""
 
     includes: Callable[[Any], bool]
     text: str
@@ -37,6 +37,11 @@ def one_of(*choices: str) -> Range:
     return Range(lambda value: value in choices, f"{', '.join(choices[:-1])} or {choices[-1]}")
 
 
+def some_of(*choices: str) -> Range:
+    """A list of some of these texts."""
+    return Range(lambda values: set(values) <= set(choices), f"some of {', '.join(choices)}")
+
+
 POSITIVE = Range(lambda value: value > 0, "greater than 0")
 NOT_NEGATIVE = Range(lambda value: value >= 0, "0 or more")
 SHARE = between(0, 1)
@@ -49,7 +54,7 @@ TYPES: dict[Any, str] = {
     Path: "a path",
     list[int]: "a list of whole numbers, such as [1,2]",
     list[float]: "a list of numbers, such as [1,2.5]",
-    list[str]: "a list of words, such as [one,two]",
+    list[str]: "a list of texts, such as [one,two]",
     list[Path]: "paths",
     types.NoneType: "null",
 }
@@ -88,15 +93,17 @@ class Option(NamedTuple):
     """An option as declared: its full name, its type, and what stands beside it."""
 
     name: str  # such as task.laser.noise
-    type: Any
+    kind: Any
     value: Any  # of a class the default; MISSING where one must be given
     meaning: str
     range: Range | None
     is_named: bool
+    group: str  # such as task.laser; empty at the top
+    owner: type  # the dataclass that declares it
 
     def requirement(self, value: Any) -> str:
         """What the value must be, such as "0 or more"; empty if it is."""
-        kinds = alternatives(self.type)
+        kinds = alternatives(self.kind)
         if not any(_is_of(value, kind) for kind in kinds):
             return " or ".join(TYPES[kind] for kind in kinds)
         for number in value if isinstance(value, list) else [value]:
@@ -119,20 +126,22 @@ def _is_of(value: Any, kind: Any) -> bool:
     return isinstance(value, _CLASSES[kind]) and (kind is bool or not isinstance(value, bool))
 
 
-def options_of(config: Any, prefix: str = "") -> Iterator[Option]:
+def options_of(config: Any, group: str = "") -> Iterator[Option]:
     """Every option of a dataclass or of an object of it, nested ones by their full names."""
-    hints = typing.get_type_hints(config if isinstance(config, type) else type(config))
+    owner = config if isinstance(config, type) else type(config)
+    hints, prefix = typing.get_type_hints(owner), f"{group}." if group else ""
     for each in dataclasses.fields(config):
-        value = _default(each) if isinstance(config, type) else getattr(config, each.name)
+        value = default_of(each) if isinstance(config, type) else getattr(config, each.name)
         about = each.metadata
         if dataclasses.is_dataclass(value):
-            yield from options_of(value, f"{prefix}{each.name}.")
+            yield from options_of(value, f"{prefix}{each.name}")
         elif about:
-            name = about["name"] or f"{prefix}{each.name}"
-            yield Option(name, hints[each.name], value, about["meaning"], about["range"], about["is_named"])
+            name, kind = about["name"] or f"{prefix}{each.name}", hints[each.name]
+            yield Option(name, kind, value, about["meaning"], about["range"], about["is_named"], group, owner)
 
 
-def _default(field: Any) -> Any:
+def default_of(field: dataclasses.Field[Any]) -> Any:
+    """The value of a field where none is given; MISSING where one must be."""
     return field.default if field.default_factory is MISSING else field.default_factory()
 
 

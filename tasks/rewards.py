@@ -20,11 +20,7 @@ class Reward:
     """r = R_crash, R_reach, or else progress · (d₋₁ − d) − C, with d the distance to the goal in metres."""
 
     name: str = "dense"
-    progress: float = option(
-        1.0,
-        "Earned for each metre of progress; 1 in the paper's code, Δt = 0.2 s in its text, 0 makes the reward sparse.",
-        NOT_NEGATIVE,
-    )
+    progress: float = option(1.0, "Earned for a metre of progress; 0 makes the reward sparse.", NOT_NEGATIVE)
     time_penalty: float = option(0.01, "The paper's C, taken off each step.", NOT_NEGATIVE)
     reach: float = option(5.0, "The paper's R_reach, earned at the goal.", NOT_NEGATIVE)
     crash: float = option(-5.0, "The paper's R_crash, itself negative.", Range(lambda value: value <= 0, "0 or less"))

@@ -36,7 +36,7 @@ from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
 from tasks.constants import CONTROL_TIMESTEP, TRACK, WHEEL_RADIUS
-from tasks.options import Range, argument
+from tasks.options import argument, some_of
 from tools.benchmarks import checkpoints, physics, recording, rendering
 
 ROUNDS = 25
@@ -208,11 +208,7 @@ PARTS: dict[str, Callable[[], None]] = {
 class BenchArguments:
     """What is measured."""
 
-    parts: list[str] = argument(
-        "Benchmarks to run; none runs all.",
-        [],
-        Range(lambda parts: set(parts) <= set(PARTS), f"some of {', '.join(PARTS)}"),
-    )
+    parts: list[str] = argument("Benchmarks to run; none runs all.", [], some_of(*PARTS))
 
 
 def main(arguments: Sequence[str]) -> None:

@@ -15,7 +15,7 @@ from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
 from asddpg.recording.pictures.caption import captioned
 from tasks.graphics.headless import mujoco
-from tasks.options import NOT_NEGATIVE, Range, argument, between, option
+from tasks.options import NOT_NEGATIVE, argument, between, option, some_of
 from tools.drawing.picture_file import PICTURE_FILE, PICTURE_SIZE, open_renderer, picture_size, write
 from tools.recordings.episode_states import EpisodeStates, StepRecord
 from tools.recordings.files import open_single
@@ -42,7 +42,7 @@ class FrameArguments:
     show: list[str] = option(
         [],
         "What Foxglove shows besides: scan, where the laser's beams end, and path, the path so far.",
-        Range(lambda names: set(names) <= set(OVERLAYS), f"some of {', '.join(OVERLAYS)}"),
+        some_of(*OVERLAYS),
     )
 
 

@@ -18,7 +18,7 @@ from asddpg.recording.files.reading import PART, Recording, open_recording
 from asddpg.recording.messages.step_message import reward_in
 from asddpg.recording.messages.topics import OUTCOME, STEP
 from tasks import ALL_TASKS
-from tasks.options import NOT_NEGATIVE, Range, argument, one_of, option
+from tasks.options import NOT_NEGATIVE, argument, one_of, option, some_of
 from tools.recordings.step_table import Row, check_can_write, row_of, write_table
 
 OUTCOMES = ("reached", "crashed", "timeout", "cut", "running")
@@ -34,7 +34,7 @@ class EpisodesArguments:
     outcome: list[str] = option(
         [],
         "Outcomes, such as crashed,timeout; running are recordings of killed processes (tools.recover); [] lists all.",
-        Range(lambda names: set(names) <= set(OUTCOMES), f"some of {', '.join(OUTCOMES)}"),
+        some_of(*OUTCOMES),
     )
     task: str | None = option(None, "Of one task; null lists all.", one_of(*ALL_TASKS))
     min_steps: int = option(0, "Of so many steps or more.", NOT_NEGATIVE)
@@ -162,7 +162,7 @@ def main(arguments: Sequence[str]) -> None:
 
 def _summary(counts: Counter[str], size: int) -> str:
     if not counts:
-        return "no recording is as asked for"
+        return "no recording matches"
     outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counts.most_common())
     total = counts.total()
     return f"{total} recording{'s' * (total > 1)}, {size / KILOBYTE**2:.1f} MB: {outcomes}"

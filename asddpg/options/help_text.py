@@ -1,12 +1,10 @@
 """What --help prints of a program, and the same as Markdown: every option with default, range and meaning."""
 
-import dataclasses
 import inspect
 import re
 import textwrap
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import MISSING
-from typing import Any, NamedTuple
 
 from asddpg.options.parsing import label
 from asddpg.options.values import write_value
@@ -16,35 +14,14 @@ Choices = Mapping[str, Mapping[str, str]]  # of each group of presets: name → 
 _WIDTH, _INDENT = 100, " " * 6
 
 
-class OptionGroup(NamedTuple):
-    """Options that belong together."""
-
-    name: str  # such as task.laser; empty at the top
-    meaning: str
-    options: list[Option]
-
-
-def groups_of(kind: Any, name: str = "") -> Iterator[OptionGroup]:
-    """The options of a dataclass, its own and after them those of each nested dataclass."""
-    prefix = f"{name}." if name else ""
-    inner = [(field.name, value) for field in dataclasses.fields(kind) if (value := _nested(kind, field)) is not None]
-    own = [
-        each for each in options_of(kind, prefix) if not any(each.name.startswith(f"{prefix}{n}.") for n, _ in inner)
-    ]
-    if own:
-        doc = inspect.getdoc(kind if isinstance(kind, type) else type(kind)) or ""
-        yield OptionGroup(name, doc.partition("\n\n")[0].replace("\n", " "), own)
-    for field_name, value in inner:
-        yield from groups_of(value, f"{prefix}{field_name}")
-
-
-def _nested(kind: Any, field: dataclasses.Field[Any]) -> Any:
-    """The dataclass object in a field; None where it holds another value."""
-    if isinstance(kind, type):
-        value = field.default if field.default_factory is MISSING else field.default_factory()
-    else:
-        value = getattr(kind, field.name)
-    return value if dataclasses.is_dataclass(value) else None
+def _groups(kind: type) -> dict[tuple[str, str], list[Option]]:
+    """Options by the name and the meaning of their group; the program's own come first."""
+    groups: dict[tuple[str, str], list[Option]] = {("", ""): []}
+    for option in options_of(kind):
+        doc = inspect.getdoc(option.owner) or ""
+        meaning = doc.partition("\n\n")[0].replace("\n", " ") if option.group else ""
+        groups.setdefault((option.group, meaning), []).append(option)
+    return groups
 
 
 def help_text(doc: str | None, kind: type, choices: Choices | None = None) -> str:
@@ -59,14 +36,10 @@ def help_text(doc: str | None, kind: type, choices: Choices | None = None) -> st
     for name, presets in (choices or {}).items():
         width = max(map(len, presets))
         parts.append("\n".join([f"{name}=", *(f"  {preset:{width}}  {text}" for preset, text in presets.items())]))
-    for group in groups_of(kind):
-        positional = [option for option in group.options if not option.is_named]
-        named = [option for option in group.options if option.is_named]
-        if positional:
-            parts.append("\n".join(["Arguments:", *map(_entry, positional)]))
-        if named:
-            title = f"{group.name}: {group.meaning}" if group.name else "Options:"
-            parts.append("\n".join([*textwrap.wrap(title, _WIDTH), *map(_entry, named)]))
+    for (name, meaning), options in _groups(kind).items():
+        for title, is_named in (("Arguments", False), (f"{name}: {meaning}" if name else "Options", True)):
+            if chosen := [option for option in options if option.is_named is is_named]:
+                parts.append("\n".join([*textwrap.wrap(title, _WIDTH), *map(_entry, chosen)]))
     return "\n\n".join(parts)
 
 
@@ -83,7 +56,7 @@ def _with_default(option: Option) -> str:
 
 def range_text(option: Option) -> str:
     """The values that an option takes."""
-    kinds = [TYPES[kind] for kind in alternatives(option.type)]
+    kinds = [TYPES[kind] for kind in alternatives(option.kind)]
     if option.range is not None:
         kinds[0] = option.range.text
     return " or ".join(kinds)
@@ -95,11 +68,12 @@ def markdown(doc: str | None, kind: type, choices: Choices | None = None) -> str
     for name, presets in (choices or {}).items():
         rows = [f"| `{name}={preset}` | {_escaped(text)} |" for preset, text in presets.items()]
         parts.append("\n".join([f"| `{name}=` | |", "|---|---|", *rows]))
-    for group in groups_of(kind):
-        title = f"**`{group.name}`** – {_escaped(group.meaning)}\n\n" if group.name else ""
-        parts.append(
-            f"{title}| option | default | values | meaning |\n|---|---|---|---|\n" + "\n".join(map(_row, group.options))
-        )
+    for (name, meaning), options in _groups(kind).items():
+        title = [f"**`{name}`** – {_escaped(meaning)}", ""] if name else []
+        if options:
+            parts.append(
+                "\n".join([*title, "| option | default | values | meaning |", "|---|---|---|---|", *map(_row, options)])
+            )
     return "\n\n".join(parts)
 
 

@@ -8,8 +8,8 @@ from dataclasses import MISSING
 from typing import Any, NoReturn, TypeVar
 
 from asddpg.errors import UserError, truncated_repr
-from asddpg.options.values import read_value
-from tasks.options import Option, options_of
+from asddpg.options.values import check_value, read_value
+from tasks.options import Option, default_of, options_of
 
 Arguments = TypeVar("Arguments")
 
@@ -88,8 +88,8 @@ def _assign(options: Sequence[Option], plain: Sequence[str]) -> dict[str, Any]:
     for option in options:
         if is_list(option):
             values |= {option.name: [read_value(_item(option), text) for text in rest]} if rest else {}
-            if rest and (requirement := option.requirement(values[option.name])):
-                raise UserError(f"{label(option)} must be {requirement}")
+            if rest:
+                check_value(option, values[option.name])
             return values
         if rest:
             values[option.name] = read_value(option, rest.pop(0))
@@ -99,7 +99,7 @@ def _assign(options: Sequence[Option], plain: Sequence[str]) -> dict[str, Any]:
 
 
 def _item(option: Option) -> Option:
-    return option._replace(type=option.type.__args__[0], range=None)
+    return option._replace(kind=option.kind.__args__[0], range=None)
 
 
 def _refuse_surplus(options: Sequence[Option], plain: Sequence[str]) -> NoReturn:
@@ -112,7 +112,7 @@ def _refuse_surplus(options: Sequence[Option], plain: Sequence[str]) -> NoReturn
 
 def is_list(option: Option) -> bool:
     """Whether an option takes several values."""
-    return getattr(option.type, "__origin__", None) is list
+    return getattr(option.kind, "__origin__", None) is list
 
 
 def label(option: Option) -> str:
@@ -137,12 +137,6 @@ def with_values(config: Any, values: Mapping[str, Any]) -> Any:
         if name in values:
             changes[field.name] = values[name]
         elif inner:
-            changes[field.name] = with_values(_current(config, field), inner)
+            current = default_of(field) if isinstance(config, type) else getattr(config, field.name)
+            changes[field.name] = with_values(current, inner)
     return config(**changes) if isinstance(config, type) else dataclasses.replace(config, **changes)
-
-
-def _current(config: Any, field: dataclasses.Field[Any]) -> Any:
-    if not isinstance(config, type):
-        return getattr(config, field.name)
-    assert field.default_factory is not MISSING
-    return field.default_factory()

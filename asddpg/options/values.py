@@ -26,15 +26,20 @@ def read_value(option: Option, text: str) -> Any:
         raise UserError(f"{option.name} refers to a value by ${{…}}, in {truncated_repr(text)}; write the value itself")
     if text in ("", "???"):
         raise UserError(f"{option.name}={text} gives {option.name} no value; write one, or leave {option.name} out")
-    kinds = alternatives(option.type)
+    kinds = alternatives(option.kind)
     try:
         value = _read(text, kinds)
     except ValueError:
-        words = " or ".join(TYPES[kind] for kind in kinds)
-        raise UserError(f"{option.name} must be {words}, not {truncated_repr(text)}") from None
+        allowed = " or ".join(TYPES[kind] for kind in kinds)
+        raise UserError(f"{option.name} must be {allowed}, not {truncated_repr(text)}") from None
+    check_value(option, value)
+    return value
+
+
+def check_value(option: Option, value: Any) -> None:
+    """UserError where an option does not take the value."""
     if requirement := option.requirement(value):
         raise UserError(f"{option.name} must be {requirement}, not {truncated_repr(value)}")
-    return value
 
 
 def _read(text: str, kinds: tuple[Any, ...]) -> Any:

@@ -1,4 +1,4 @@
-"""Any wrong words give one sentence and status 2, leave nothing behind, and any right ones are taken."""
+"""Invalid arguments give one sentence and status 2 and leave nothing behind; valid ones begin the program."""
 
 import os
 import subprocess
@@ -53,12 +53,12 @@ def check_refused(found: Ended) -> None:
 
 @given(invalid_arguments(TrainConfig))
 @examples(150)
-def test_wrong_words_for_a_training(arguments: list[str]) -> None:
+def test_invalid_arguments_of_a_training_are_refused(arguments: list[str]) -> None:
     check_refused(ended(train.main, arguments))
 
 
 @pytest.mark.parametrize(("program", "config"), [(evaluate, EvaluateConfig), (play, PlayConfig)])
-def test_wrong_words_for_driving(program: ModuleType, config: type) -> None:
+def test_invalid_arguments_of_a_program_that_drives_are_refused(program: ModuleType, config: type) -> None:
     _refuses(program.main, config, examples(60))
 
 
@@ -67,7 +67,7 @@ def test_wrong_words_for_driving(program: ModuleType, config: type) -> None:
     ("program", "config", "count"),
     [(train, TrainConfig, 1000), (evaluate, EvaluateConfig, 300), (play, PlayConfig, 300)],
 )
-def test_many_wrong_words(program: ModuleType, config: type, count: int) -> None:
+def test_many_invalid_arguments_are_refused(program: ModuleType, config: type, count: int) -> None:
     _refuses(program.main, config, examples(count, fixed=False))
 
 
@@ -81,7 +81,7 @@ def _refuses(main: Callable[[Sequence[str]], None], config: type, many: settings
 
 
 @pytest.mark.long
-def test_wrong_words_for_processes(tmp_path_factory: pytest.TempPathFactory) -> None:
+def test_invalid_arguments_of_a_process_are_refused(tmp_path_factory: pytest.TempPathFactory) -> None:
     @given(invalid_arguments(TrainConfig))
     @examples(20, fixed=False)
     def refuses(arguments: list[str]) -> None:
@@ -117,7 +117,7 @@ CONTRADICTIONS = (
 
 
 def contradicts_itself(arguments: Sequence[str]) -> bool:
-    """Whether two words do not go together; each on its own must be right."""
+    """Whether two arguments contradict one another; each on its own must be valid."""
     try:
         train_config(arguments)
     except UserError as error:
@@ -138,19 +138,19 @@ def _accepts(many: settings) -> None:
     accepts()
 
 
-def test_right_words_for_a_training_begin_it() -> None:
+def test_valid_arguments_begin_a_training() -> None:
     _accepts(examples(15))
 
 
 @pytest.mark.long
-def test_many_right_words_for_a_training_begin_it() -> None:
+def test_many_valid_arguments_begin_a_training() -> None:
     _accepts(examples(200, fixed=False))
 
 
 @given(valid_arguments())
 @examples(60)
-def test_right_words_compose(arguments: list[str]) -> None:
-    contradicts_itself(arguments)  # which raises where a single word is wrong
+def test_valid_arguments_compose(arguments: list[str]) -> None:
+    contradicts_itself(arguments)  # which raises where a single argument is invalid
 
 
 @pytest.mark.parametrize("name", ["läufe", "my runs", "a(1)", "2026", "./a.b", "$x", "運転"])

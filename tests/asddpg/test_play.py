@@ -1,4 +1,4 @@
-"""Episodes that are played, as a user asks for them."""
+"""Episodes that are played."""
 
 import io
 import re
@@ -34,7 +34,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 @pytest.mark.usefixtures("here")
-def test_each_episode_is_told_in_a_line_and_recorded(capsys: pytest.CaptureFixture[str]) -> None:
+def test_each_episode_is_printed_in_a_line_and_recorded(capsys: pytest.CaptureFixture[str]) -> None:
     play.main([*POLICY, "episodes=2"])
     out = capsys.readouterr().out
     lines = lines_of(out)
@@ -55,7 +55,7 @@ def test_each_episode_is_told_in_a_line_and_recorded(capsys: pytest.CaptureFixtu
 
 
 @pytest.mark.usefixtures("here")
-def test_a_seed_gives_the_same_episodes_whoever_drives(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_seed_gives_the_same_episodes_to_every_driver(capsys: pytest.CaptureFixture[str]) -> None:
     pairs = []
     for arguments in (POLICY, [*POLICY, "driver=switch"], [*POLICY, "driver=controller"], [*POLICY, "seed=4"]):
         play.main([*arguments, "episodes=2", "record.only=[2]", "record.every=0"])
@@ -86,7 +86,7 @@ def test_a_run_keeps_what_is_played_of_it(tiny_run: Path, capsys: pytest.Capture
     assert not Path("played_episodes").exists()
 
 
-def test_three_episodes_unless_somebody_steers() -> None:
+def test_three_episodes_are_driven_by_default() -> None:
     assert play_config([]).episodes is None
     assert play.EPISODES == 3
 
@@ -173,7 +173,7 @@ def test_cameras_are_seen_live_too(here: Path, codec: str) -> None:
         ([*POLICY, "sped=1"], "did you mean speed"),
     ],
 )
-def test_wrong_words_make_nothing(here: Path, arguments: list[str], sentence: str) -> None:
+def test_invalid_arguments_create_nothing(here: Path, arguments: list[str], sentence: str) -> None:
     with pytest.raises(UserError, match=re.escape(sentence)):
         play.main(arguments)
     assert not list(here.iterdir())

@@ -1,4 +1,4 @@
-"""A program run in this process as from a shell: words in, status and what it said out."""
+"""A program run in this process as from a shell: arguments in, status and stderr out."""
 
 import contextlib
 import io
@@ -49,7 +49,7 @@ def made_in(folder: Path) -> list[str]:
 
 @contextlib.contextmanager
 def _typed(arguments: Sequence[str]) -> Iterator[None]:
-    """The command line's words, in a shell's place; a program's handler of SIGTERM does not outlive it."""
+    """The arguments of a command line, in a shell's place; a program's handler of SIGTERM does not outlive it."""
     argv, handler = sys.argv, signal.getsignal(signal.SIGTERM)
     sys.argv = ["program", *arguments]
     try:

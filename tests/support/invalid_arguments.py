@@ -1,4 +1,4 @@
-"""Words of a command line with all that can be wrong with them, for property-based tests."""
+"""Invalid command lines, with all that can be wrong with them, for property-based tests."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -9,7 +9,7 @@ from hypothesis.strategies import SearchStrategy
 from asddpg.command_line import GROUPS
 from asddpg.config import EvaluateConfig, TrainConfig
 from asddpg.options.values import write_value
-from tests.support.option_values import Words, base, is_optional, options, rules, values_of
+from tests.support.option_values import ArgumentLists, base, is_optional, options, rules, values_of
 
 # Values that fit no option of a type.
 MISFITS: dict[Any, Sequence[str]] = {
@@ -21,9 +21,8 @@ MISFITS: dict[Any, Sequence[str]] = {
     list[float]: ("abc", "null", "[a,b]", "[[1],2]", "[1,null]", "{a:1}", "[1.0,", "[nan,x]"),
     list[str]: ("null", "[[a]]", "[{a:b}]", "{a:b}", "[a,", "[null]"),
 }
-# The syntax of Hydra that makes several values, or other options, or takes some away.
+# Forms of a name that are an option to Hydra.
 SYNTAX = ("+{}", "++{}", "~{}", "-{}", "--{}", "{}@x", "{}@a:b", "{}/x", "{}.x", "hydra.{}", " {}", "{} ", "{}[0]")
-SWEEPS = ("1;2", "range(1,5)", "choice(1,2)", "interval(0,1)", "glob(*)", "shuffle(1,2)", "sort(2,1)", "tag(a,1)")
 REFERENCES = (
     *("${seed}", "${oc.env:HOME}", "${oc.env:HOME,/tmp}", "${now:%Y}", "${hydra:runtime.cwd}", "${oc.decode:1}"),
     *("a${agent.name}", "'${oc.env:HOME}'", "[${seed},1]", "${", "${${seed}}", "???", "${oc.create:{a:1}}"),
@@ -83,27 +82,27 @@ DEVICES = (
 )
 
 
-def invalid_arguments(config: type) -> Words:
-    """A command line with one thing wrong, and before or after it some right words."""
+def invalid_arguments(config: type) -> ArgumentLists:
+    """A command line with one invalid argument, and valid ones before or after it."""
     kinds = [_unknown(config), _misspelt(config), _misfits(config), _out_of_range(config), _not_finite(config)]
-    kinds += [_too_large(config), _empty(config), _with_syntax(config), _sweeps(config), _references(config), _broken()]
+    kinds += [_too_large(config), _empty(config), _with_syntax(config), _references(config), _broken()]
     kinds += [_of_options(config, "device", DEVICES), _of_options(config, "controller.type", CONTROLLERS_THAT_ARE_NONE)]
     if config is TrainConfig:
         kinds += [_no_choice(), st.sampled_from(CONTRADICTIONS).map(list)]
         kinds += [_of_options(config, "run_dir", IMPOSSIBLE_FOLDERS)]
     else:
-        kinds += [_wrong_driving(config)]
+        kinds += [_invalid_drivers(config)]
     right = st.sampled_from([[], [], ["device=cpu"], ["controller.gains=[2,1]"]])
     return st.builds(_beside, st.one_of(kinds), right, st.booleans())
 
 
-def _beside(wrong: Sequence[str], right: Sequence[str], is_before: bool) -> list[str]:
-    # Of two words for one option the last would count.
-    others = [argument for argument in right if not any(argument.split("=")[0] in each for each in wrong)]
-    return [*others, *wrong] if is_before else [*wrong, *others]
+def _beside(invalid: Sequence[str], valid: Sequence[str], is_before: bool) -> list[str]:
+    # Of two arguments for one option the last would count.
+    others = [argument for argument in valid if not any(argument.split("=")[0] in each for each in invalid)]
+    return [*others, *invalid] if is_before else [*invalid, *others]
 
 
-def _of_options(config: type, name: str, values: Sequence[str]) -> Words:
+def _of_options(config: type, name: str, values: Sequence[str]) -> ArgumentLists:
     driven = [] if config is TrainConfig else ["agent=controller", "task=nav_empty"]
     return st.sampled_from(values).map(lambda value: [*driven, f"{name}={value}"])
 
@@ -112,7 +111,7 @@ def _name(config: type) -> SearchStrategy[str]:
     return st.sampled_from(sorted(options(config)))
 
 
-def _unknown(config: type) -> Words:
+def _unknown(config: type) -> ArgumentLists:
     known = {*options(config), *(GROUPS if config is TrainConfig else ())}
     plain = st.from_regex(r"[a-z_][a-z0-9_]{0,12}(\.[a-z_]{1,9}){0,2}", fullmatch=True)
     names = st.one_of(plain, st.text(min_size=1, max_size=12)).filter(lambda name: name not in known)
@@ -121,7 +120,7 @@ def _unknown(config: type) -> Words:
     return st.tuples(names, st.sampled_from(["1", "0.5", "true", "a", "[1]"])).map(lambda each: ["=".join(each)])
 
 
-def _misspelt(config: type) -> Words:
+def _misspelt(config: type) -> ArgumentLists:
     def misspell(name: str, place: int, how: int) -> str:
         place %= len(name)
         return (name[:place] + name[place + 1 :], name[:place] + "x" + name[place:], name.upper())[how]
@@ -130,7 +129,7 @@ def _misspelt(config: type) -> Words:
     return built.filter(lambda name: name not in options(config)).map(lambda name: [f"{name}=1"])
 
 
-def _misfits(config: type) -> Words:
+def _misfits(config: type) -> ArgumentLists:
     def misfit(name: str, number: int) -> list[str]:
         kind = options(config)[name]
         values = [each for each in MISFITS[base(kind)] if not (each == "null" and is_optional(kind))]
@@ -139,55 +138,51 @@ def _misfits(config: type) -> Words:
     return st.builds(misfit, _name(config), st.integers(0, 100))
 
 
-def _out_of_range(config: type) -> Words:
-    def wrong(name: str) -> SearchStrategy[str]:
+def _out_of_range(config: type) -> ArgumentLists:
+    def invalid(name: str) -> SearchStrategy[str]:
         is_right = rules(config)[name]
         return values_of(base(options(config)[name])).filter(lambda value: not is_right(value)).map(write_value)
 
     return st.sampled_from(sorted(rules(config))).flatmap(
-        lambda name: wrong(name).map(lambda value: [f"{name}={value}"])
+        lambda name: invalid(name).map(lambda value: [f"{name}={value}"])
     )
 
 
-def _not_finite(config: type) -> Words:
+def _not_finite(config: type) -> ArgumentLists:
     floats = sorted(name for name, kind in options(config).items() if kind is float)
     arguments = [f"{name}={value}" for name in floats for value in ("nan", "inf", "-inf", "1e999")]
     arguments += [f"controller.gains={value}" for value in ("[nan,1]", "[1,inf]", "[-inf,nan]", "[1e999,1]")]
     return st.sampled_from(arguments).map(lambda argument: [argument])
 
 
-def _too_large(config: type) -> Words:
+def _too_large(config: type) -> ArgumentLists:
     numbers = sorted(name for name, kind in options(config).items() if base(kind) in (int, float, list[int]))
     digits = st.sampled_from([20, 30, 309, 400, 4299, 4301, 9000])
 
     def argument(name: str, count: int, sign: str) -> list[str]:
+        count = max(count, 309) if options(config)[name] is float else count
         number = f"{sign}1{'0' * count}"
         return [f"{name}=[{number},1]" if options(config)[name] == list[int] else f"{name}={number}"]
 
     return st.builds(argument, st.sampled_from(numbers), digits, st.sampled_from(["", "-"]))
 
 
-def _empty(config: type) -> Words:
+def _empty(config: type) -> ArgumentLists:
     return _name(config).map(lambda name: [f"{name}="])
 
 
-def _with_syntax(config: type) -> Words:
+def _with_syntax(config: type) -> ArgumentLists:
     value = st.sampled_from(["", "=1", "=a"])
     return st.builds(
         lambda form, name, value: [form.format(name) + value], st.sampled_from(SYNTAX), _name(config), value
     )
 
 
-def _sweeps(config: type) -> Words:
-    names = sorted(name for name, kind in options(config).items() if base(kind) not in (str, list[str]))
-    return st.builds(lambda name, value: [f"{name}={value}"], st.sampled_from(names), st.sampled_from(SWEEPS))
-
-
-def _references(config: type) -> Words:
+def _references(config: type) -> ArgumentLists:
     return st.builds(lambda name, value: [f"{name}={value}"], _name(config), st.sampled_from(REFERENCES))
 
 
-def _broken() -> Words:
+def _broken() -> ArgumentLists:
     nested = st.builds(lambda depth, pair: [f"seed={pair[0] * depth}1{pair[1] * depth}"], st.integers(1, 400), _PAIRS)
     noise = st.text(st.characters(exclude_characters="\0"), max_size=20).filter(lambda argument: "=" not in argument)
     noise = noise.filter(lambda argument: argument not in ("-h", "--help"))
@@ -199,7 +194,7 @@ def _broken() -> Words:
 _PAIRS = st.sampled_from([("[", "]"), ("{a:", "}"), ("[", ""), ("(", ")")])
 
 
-def _no_choice() -> Words:
+def _no_choice() -> ArgumentLists:
     values = st.one_of(
         st.text(max_size=9), st.sampled_from(["", "null", "[nav_empty]", "{a:b}", "NAV_EMPTY", "nav_empty,x"])
     )
@@ -211,8 +206,8 @@ def _no_choice() -> Words:
     return arguments.map(lambda each: ["=".join(each)])
 
 
-def _wrong_driving(config: type) -> Words:
-    """What only programs that drive have."""
+def _invalid_drivers(config: type) -> ArgumentLists:
+    """Of programs that drive alone."""
     arguments = [
         [],
         ["run=nowhere"],

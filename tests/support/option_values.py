@@ -10,12 +10,12 @@ from hypothesis.strategies import SearchStrategy
 
 from tasks.options import options_of
 
-Words = SearchStrategy[list[str]]
+ArgumentLists = SearchStrategy[list[str]]
 
 
 def options(config: type) -> dict[str, Any]:
     """Options and their types."""
-    return {option.name: option.type for option in options_of(config)}
+    return {option.name: option.kind for option in options_of(config)}
 
 
 def rules(config: type) -> dict[str, Callable[[Any], bool]]:

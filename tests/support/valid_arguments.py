@@ -1,4 +1,4 @@
-"""Right words for a training, for property-based tests."""
+"""Valid arguments of a training, for property-based tests."""
 
 from typing import Any
 
@@ -8,11 +8,11 @@ from hypothesis.strategies import SearchStrategy
 from asddpg.command_line import GROUPS
 from asddpg.config import TrainConfig
 from asddpg.options.values import write_value
-from tests.support.option_values import Words, options, rules, values_of
+from tests.support.option_values import ArgumentLists, options, rules, values_of
 
 
-def valid_arguments(widest: int = 65_536, most_beams: int = 2000) -> Words:
-    """Words for a training, from the whole of each range but for what decides how much memory is taken."""
+def valid_arguments(widest: int = 65_536, most_beams: int = 2000) -> ArgumentLists:
+    """Arguments of a training, from the whole of each range but for what decides how much memory is taken."""
     kinds, is_right = options(TrainConfig), rules(TrainConfig)
     left_out = ("live", "run_dir", "device", "controller.type", "record.cameras", "record.codec")  # sockets, pictures
     special: dict[str, SearchStrategy[Any]] = {

@@ -46,7 +46,7 @@ def test_all_below_a_folder_are_listed(folder: Path, capsys: pytest.CaptureFixtu
 
 def test_filters(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert "2 recordings" in listed(capsys, folder, "task=nav_gazebo")
-    assert "no recording is as asked for" in listed(capsys, folder, "min_steps=100000")
+    assert "no recording matches" in listed(capsys, folder, "min_steps=100000")
     outcomes = [open_recording(path).outcome()["outcome"] for path in folder.rglob("*/*.mcap")]
     assert f"{outcomes.count('crashed')} recording" in listed(capsys, folder, "outcome=crashed")
     assert "4 recordings" in listed(capsys, folder, "outcome=crashed,reached")
