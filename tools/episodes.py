@@ -18,8 +18,9 @@ import tasks
 from asddpg.episodes.protocols import Driver
 from asddpg.errors import UserError
 from asddpg.program import run
-from asddpg.recording.files.reading import PART, Recording, open_recording
-from asddpg.recording.messages.step_message import reward_in
+from asddpg.recording.files.reading import Recording, open_recording
+from asddpg.recording.files.recording_file import PART
+from asddpg.recording.messages.step_message import read_reward
 from asddpg.recording.messages.topics import OUTCOME, STEP
 from tools.option_arguments import options_in
 from tools.recordings.step_table import SUFFIXES, Row, check_can_write, row_of, write_table
@@ -124,7 +125,7 @@ def listed(path: Path) -> Listed:
             outcome = message.content
     try:
         share = sum(step["driver"] == Driver.CONTROLLER for step in steps) / max(len(steps), 1)
-        total = sum(map(reward_in, steps))
+        total = sum(map(read_reward, steps))
         return Listed(recording, outcome["outcome"], steps, total, share, path.stat().st_size)
     except (KeyError, TypeError) as error:
         raise UserError(f"{path} was made by another version: its /step or /outcome lacks {error}") from error

@@ -103,7 +103,7 @@ import os, signal
 from pathlib import Path
 from tests.asddpg.recording.test_film import *
 environment = environment_of("nav_empty")
-film = Film(Path({str(tmp_path / "film.mp4")!r}), watched(environment), width=96, height=64)
+film = Film(Path({str(tmp_path / "film.mp4")!r}), navigation_env(environment), width=96, height=64)
 run_episode(environment, SLOWLY, (film,), max_steps=20)
 os.kill(os.getpid(), signal.SIGKILL)
 """
