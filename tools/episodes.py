@@ -14,8 +14,9 @@ from asddpg.errors import UserError
 from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
-from asddpg.recording.files.reading import PART, Recording, open_recording
-from asddpg.recording.messages.step_message import reward_in
+from asddpg.recording.files.reading import Recording, open_recording
+from asddpg.recording.files.recording_file import PART
+from asddpg.recording.messages.step_message import read_reward
 from asddpg.recording.messages.topics import OUTCOME, STEP
 from tasks import ALL_TASKS
 from tasks.options import NOT_NEGATIVE, argument, one_of, option, some_of
@@ -83,7 +84,7 @@ def listed(path: Path) -> Listed:
             outcome = message.content
     try:
         share = sum(step["driver"] == Driver.CONTROLLER for step in steps) / max(len(steps), 1)
-        total = sum(map(reward_in, steps))
+        total = sum(map(read_reward, steps))
         return Listed(recording, outcome["outcome"], steps, total, share, path.stat().st_size)
     except (KeyError, TypeError) as error:
         raise UserError(f"{path} was made by another version: its /step or /outcome lacks {error}") from error

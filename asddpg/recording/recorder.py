@@ -6,19 +6,19 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, SupportsFloat
 
+from asddpg.episodes.episode_stats import EpisodeStats
 from asddpg.episodes.protocols import Episode, Observation, Step
-from asddpg.recording.files.journal import Layout
-from asddpg.recording.files.mcap_file import RecordingFile, RecordingFiles
+from asddpg.recording.files.recording_file import RecordingFile
 from asddpg.recording.messages.channels import Channels
-from asddpg.recording.messages.pose_messages import States
+from asddpg.recording.messages.pose_messages import PoseEncoder
 from asddpg.recording.messages.publisher import Publisher
 from asddpg.recording.messages.scene_messages import scene_message
-from asddpg.recording.messages.step_message import as_json, told
+from asddpg.recording.messages.step_message import encode_json
 from asddpg.recording.pictures.cameras import Cameras
-from asddpg.recording.samples import Moment, MomentReader, Reading, Watched
+from asddpg.recording.samples import RecordedEnvironment, Sample, Sampler
 from tasks.scene.frames import BodyFrames
 
-BATCH_STEPS = 10  # brought to the disk at once; a killed process loses no more
+BATCH_STEPS = 12  # written at once: a killed process loses no more
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Provenance:
 
 @dataclass(frozen=True)
 class Selection:
-    """Which episodes are recorded, and what is kept of them.
+    """Which episodes are recorded, and which files are kept.
 
     Attributes:
         chosen: whether the episode of a number, counted from 1, is recorded.
@@ -55,12 +55,12 @@ def every_nth(every: int) -> Callable[[int], bool]:
 
 
 class Recorder:
-    """Watches an environment's episodes; what goes wrong in recording stops nobody."""
+    """Observes an environment's episodes; a failure to record stops nobody."""
 
     def __init__(
         self,
         folder: Path,
-        environment: Watched,
+        environment: RecordedEnvironment,
         provenance: Provenance,
         selection: Selection,
         say: Callable[[str], None],
@@ -73,27 +73,25 @@ class Recorder:
 
         Args:
             folder: where the files go; made with the first one.
-            environment: what is watched.
-            provenance: what is recorded, for each file.
+            environment: what is recorded.
+            provenance: what each file says of its origin.
             selection: which episodes.
-            say: told once if recording fails.
+            say: called once, with a sentence, if recording fails.
             first_step: training steps that were made before.
             first_episode: episodes that were driven before.
-            counts_steps: whether the steps that are watched are training steps too.
+            counts_steps: whether the observed steps are training steps.
             cameras: whose pictures are recorded too.
         """
-        self._folder, self._facts, self._selection, self._say = folder, provenance.facts, selection, say
+        self._folder, self._provenance, self._selection, self._say = folder, provenance, selection, say
         is_video = cameras is not None and cameras.is_video
-        channels = Channels(cameras.names if cameras else (), is_video)
-        model, scan_shape = environment.physics.model.ptr, environment.scan_shape
-        layout, scene = Layout(BodyFrames.from_model(model), scan_shape, is_video), scene_message(model)
-        self._files = RecordingFiles(folder, channels, provenance.config, layout, scene)
+        model = environment.physics.model.ptr
+        self._channels = Channels(cameras.names if cameras else (), is_video)
+        poses = PoseEncoder(BodyFrames.from_model(model), environment.scan_shape)
+        self._publisher = Publisher(self._channels.log, poses, scene_message(model), is_video)
+        self._sampler = Sampler(environment, cameras)
         self._kept = deque(sorted(folder.glob("*.mcap")))
-        self._reader = MomentReader(environment, cameras)
-        self._publisher = Publisher(channels.log, States(layout.frames, scan_shape), scene, is_video)
         self._file: RecordingFile | None = None
-        self._readings: list[Reading] = []  # since moments were brought to the disk
-        self._moments: list[Moment] = []  # there
+        self._samples: list[Sample] = []  # not yet written
         self._steps, self._episodes = first_step, first_episode
         self._counts_steps = counts_steps
         self._has_failed = False
@@ -101,77 +99,78 @@ class Recorder:
         self.last: Path | None = None  # the last of them
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
-        """Open a file, if this episode is chosen."""
+        """Begin a file, if this episode is chosen."""
         self._episodes += 1
         if self._selection.chosen(self._episodes):
-            self._try(lambda: self._open(observation, info))
+            self._stats, self._number = EpisodeStats(info), -1
+            self._samples = [self._sampler.sample(-1, None, observation)]
+            self._file = self._begin_file(info)
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
-        """Keep what there is to tell, and bring it to the disk when there is enough."""
+        """Take a sample, and write a batch when it is full."""
         self._steps += self._counts_steps
         if self._file is not None:
-            reading = self._reader.step(step)
-            self._readings.append(reading)
-            if (reading.number + 1) % BATCH_STEPS == 0:
-                self._try(self._bring)
+            self._number += 1
+            self._samples.append(self._sampler.sample(self._number, step, step.next_observation))
+            if (self._number + 1) % BATCH_STEPS == 0:
+                self._try(self._write_batch)
 
     def end_episode(self, episode: Episode) -> None:
         """Complete the file."""
         if self._file is not None:
-            self._try(lambda: self._finish(episode))
+            self._try(lambda: self._complete(episode))
 
     def close(self) -> None:
-        """Complete the file of an episode that was broken off."""
+        """Complete the file of an episode that was interrupted."""
         if self._file is not None:
-            self._moments += self._taken()
-            self.end_episode(self._publisher.cut(self._moments))
+            self._publish()
+            self.end_episode(self._stats.episode("cut"))
 
     # Files --------------------------------------------------------------------------------------------------------
 
-    def _open(self, observation: Observation, info: Mapping[str, Any]) -> None:
+    def _begin_file(self, info: Mapping[str, Any]) -> RecordingFile:
         facts = {"step": str(self._steps), "episode": str(self._episodes)}
-        # Exactly: JSON gives a double back to the last bit.
-        facts |= {name: as_json(list(info[name])).decode() for name in ("start", "goal")}
+        # Exact: JSON gives a double back to the last bit.
+        facts |= {name: encode_json(list(info[name])).decode() for name in ("start", "goal")}
         name = f"{self._steps:08d}_{self._episodes:05d}"
-        self._file = RecordingFile(self._files, name, {**self._facts, **facts})
-        self._readings, self._moments = [self._reader.begin(observation)], []
+        metadata = {**self._provenance.facts, **facts}
+        return RecordingFile(self._folder, name, self._channels.context, metadata, self._provenance.config)
 
-    def _bring(self) -> None:
+    def _write_batch(self) -> None:
         assert self._file is not None
-        moments = self._taken()
-        self._file.add(moments)
-        self._moments += moments
+        self._publish()
+        self._file.flush()
 
-    def _taken(self) -> list[Moment]:
-        """What was read, in words."""
-        readings, self._readings = self._readings, []
-        return [told(reading) for reading in readings]
+    def _publish(self) -> None:
+        samples, self._samples = self._samples, []
+        if samples:
+            self._publisher.publish(samples)
+        for sample in samples:
+            if sample.step is not None:
+                self._stats.add(sample.step)
 
-    def _finish(self, episode: Episode) -> None:
+    def _complete(self, episode: Episode) -> None:
         assert self._file is not None
         if self._selection.outcomes and episode.outcome not in self._selection.outcomes:
             file, self._file = self._file, None
             file.drop()
             return
-        self.last = self._file.finish(episode.outcome, lambda: self._tell(episode))
+        self._publish()
+        self._publisher.publish_end(episode)
+        self.last = self._file.complete(episode.outcome)
         self._file = None
         self.files += 1
         self._kept.append(self.last)
         while self._selection.keep is not None and len(self._kept) > self._selection.keep:
             self._kept.popleft().unlink(missing_ok=True)
 
-    def _tell(self, episode: Episode) -> None:
-        """The whole episode, to the file that is open."""
-        self._publisher.tell(self._moments + self._taken())
-        self._publisher.end(episode)
-
     def _try(self, act: Callable[[], None]) -> None:
         try:
             act()
         except OSError as error:
-            if self._file is not None:
-                self._file.drop()  # what it holds would take the room that a checkpoint needs
-                self._file = None
+            file, self._file = self._file, None
+            if file is not None:
+                file.drop()  # a checkpoint may need its disk space
             if not self._has_failed:
                 self._say(
                     f"episode {self._episodes} is not recorded: {self._folder}: {error.strerror}; going on without"

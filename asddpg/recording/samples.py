@@ -1,4 +1,4 @@
-"""What there is to tell of an instant: read at once, put into words when there is time for it."""
+"""Samples: what a recorder reads of an environment after each step, to be published later."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
@@ -7,11 +7,12 @@ from typing import Any, NamedTuple, Protocol
 from asddpg.episodes.protocols import Observation, Step
 
 NANOSECONDS = 1_000_000_000
+_MICROSECOND = 1_000  # ns; smaller parts of a simulated time are rounding errors
 _NO_PICTURES: Mapping[str, bytes] = MappingProxyType({})
 
 
-class Watched(Protocol):
-    """The part of NavigationEnv that is read."""
+class RecordedEnvironment(Protocol):
+    """The part of NavigationEnv that recordings read."""
 
     @property
     def physics(self) -> Any:
@@ -22,18 +23,18 @@ class Watched(Protocol):
         """Scans and beams at the head of the observation."""
 
 
-class TakesPictures(Protocol):
-    """Cameras that look at what is watched."""
+class PictureSource(Protocol):
+    """Cameras of the scene."""
 
     def take(self, is_first: bool) -> Mapping[str, bytes]:
-        """What each sees now, encoded; `is_first` in an episode."""
+        """An encoded picture by camera; `is_first` in an episode."""
 
 
-class Reading(NamedTuple):
-    """The end of a step, or the beginning of an episode, as it is read.
+class Sample(NamedTuple):
+    """The state at the end of a step, or at the beginning of an episode.
 
-    Only bytes are taken: between two steps nothing is in the processor's caches that would make numbers of them, which
-    then takes several times as long as in a row.
+    The physical state is kept as bytes: between two steps the caches hold the simulator and the networks, and any
+    further work takes several times as long as in a batch.
     """
 
     number: int  # of the step, from 0; −1 at the beginning
@@ -46,44 +47,25 @@ class Reading(NamedTuple):
     qvel: bytes
     pictures: Mapping[str, bytes]  # by camera, encoded
 
-
-class Moment(NamedTuple):
-    """What is told of a reading."""
-
-    number: int
-    time: int  # simulated ns
-    driver: str  # who drove here; empty at an episode's beginning
-    step: bytes  # the message of /step, if there was one
-    command: bytes  # that of /cmd_vel
-    observation: Observation
-    positions: bytes
-    quaternions: bytes
-    pictures: Mapping[str, bytes]
+    @property
+    def time(self) -> int:
+        """Simulated nanoseconds since the episode's beginning."""
+        return round(self.seconds * (NANOSECONDS / _MICROSECOND)) * _MICROSECOND
 
 
-class MomentReader:
-    """Reads an environment and changes nothing in it."""
+class Sampler:
+    """Takes samples of an environment and changes nothing in it."""
 
-    def __init__(self, environment: Watched, cameras: TakesPictures | None = None) -> None:
+    def __init__(self, environment: RecordedEnvironment, cameras: PictureSource | None = None) -> None:
         self._data = data = environment.physics.data.ptr
         self._arrays = data.xpos, data.xquat, data.qpos, data.qvel  # views that MuJoCo keeps up to date
         self._cameras = cameras
-        self._number = -1
 
-    def begin(self, observation: Observation) -> Reading:
-        """An episode's beginning."""
-        self._number = -1
-        return self._read(None, observation)
-
-    def step(self, step: Step) -> Reading:
-        """How things stand after a step."""
-        self._number += 1
-        return self._read(step, step.next_observation)
-
-    def _read(self, step: Step | None, observation: Observation) -> Reading:
+    def sample(self, number: int, step: Step | None, observation: Observation) -> Sample:
+        """The present state, after a step of a number, or of number −1 and no step at an episode's beginning."""
         positions, quaternions, qpos, qvel = self._arrays
-        return Reading(
-            self._number,
+        return Sample(
+            number,
             step,
             observation,
             self._data.time,

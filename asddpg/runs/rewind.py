@@ -6,7 +6,7 @@ from typing import Any
 
 from asddpg.atomic_write import write_whole
 from asddpg.observers.metrics_log import read_rows
-from asddpg.recording.files.interrupted import complete_interrupted
+from asddpg.recording.files.recovery import complete_interrupted
 from asddpg.runs import append_only_logs
 from asddpg.runs.run_folder import RunFolder
 from asddpg.runs.training_states import TrainingStates

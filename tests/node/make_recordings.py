@@ -1,9 +1,11 @@
 """Recordings of every kind, for the check in Node: `python -m tests.node.make_recordings FOLDER`."""
 
 import dataclasses
+import itertools
 import os
 import shutil
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -14,11 +16,11 @@ from asddpg.command_line import train_config
 from asddpg.episodes.drivers import FixedDriver
 from asddpg.episodes.loop import run_episode
 from asddpg.episodes.protocols import Decision, Driver, Observation
+from asddpg.recording.files.recovery import recover
 from asddpg.recording.recorder import Recorder, Selection, every_nth
 from asddpg.runs.provenance import environment_hash, recording_provenance, versions
 from asddpg.runs.run_folder import config_text
 from tests.conftest import TINY
-from tools.recover import recover
 
 CUT_AFTER = 25  # steps
 
@@ -30,26 +32,37 @@ EVALUATIONS = (
 )
 
 
-def left_behind(folder: Path) -> Path:
-    """The .mcap.part that a process leaves which is killed in step CUT_AFTER; the robot turns on the spot."""
+def record_turning(folder: Path, steps: int, before_step: Callable[[int], None] = lambda _: None) -> Path:
+    """Record so many steps of a robot that turns on the spot."""
     config = train_config(["task=nav_complex"])
     environment = make_environment(config.task, config.reward)
-    made_with = versions() | {"model_hash": environment_hash(environment)}
-    provenance = recording_provenance(config, config_text(dataclasses.asdict(config), made_with), made_with)
-    recorder = Recorder(folder / "whole", navigation_env(environment), provenance, Selection(every_nth(1)), print)
-    count = iter(range(CUT_AFTER + 1))
+    provenance = versions() | {"model_hash": environment_hash(environment)}
+    settings = config_text(dataclasses.asdict(config), provenance)
+    origin = recording_provenance(config, settings, provenance)
+    recorder = Recorder(folder, navigation_env(environment), origin, Selection(every_nth(1)), print)
+    count = itertools.count()
 
     def decide(_: Observation) -> Decision:
-        if next(count) == CUT_AFTER:
-            (part,) = (folder / "whole").glob("*.part")
-            shutil.copy(part, folder)
+        before_step(next(count))
         return Decision(np.array([0.0, 0.5], dtype=np.float32), Driver.POLICY)
 
     environment.reset(seed=101)
-    run_episode(environment, FixedDriver(decide), (recorder,), max_steps=CUT_AFTER + 1)
-    recorder.close()
-    (left,) = folder.glob("*.part")
-    return left
+    run_episode(environment, FixedDriver(decide), (recorder,), max_steps=steps)
+    assert recorder.last is not None
+    return recorder.last
+
+
+def make_part(folder: Path) -> Path:
+    """The .mcap.part of a process that is killed in step CUT_AFTER."""
+
+    def keep_part(count: int) -> None:
+        if count == CUT_AFTER:
+            (part,) = (folder / "whole").glob("*.part")
+            shutil.copy(part, folder)
+
+    record_turning(folder / "whole", CUT_AFTER + 1, keep_part)
+    (part,) = folder.glob("*.part")
+    return part
 
 
 def main(folder: Path) -> None:
@@ -60,7 +73,7 @@ def main(folder: Path) -> None:
         os.chdir(own)
         evaluate.main([*arguments, "episodes=2", "record.every=1"])
     train.main(["task=nav_simple", *TINY, "record.every=3", f"run_dir={folder / 'run'}"])
-    recover(left_behind(folder / "killed"))
+    recover(make_part(folder / "killed"))
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Recordings for tests, and such with something changed."""
+"""Recordings for tests, some with changed contents."""
 
 import json
 from collections.abc import Callable
@@ -8,9 +8,8 @@ from typing import Any
 import pytest
 
 from asddpg import evaluate
+from asddpg.recording.files.contents import Contents, read_contents, write_contents
 from asddpg.recording.messages.topics import STEP
-from tools.recordings.contents import Contents, contents_of, write_recording
-from tools.recordings.salvage import salvage
 
 
 def evaluated(folder: Path, *arguments: str) -> list[Path]:
@@ -24,14 +23,14 @@ def evaluated(folder: Path, *arguments: str) -> list[Path]:
 
 def changed(path: Path, target: Path, change: Callable[[Contents], None]) -> Path:
     """A recording with other contents."""
-    contents = contents_of(salvage(path).records)
+    contents = read_contents(path)
     change(contents)
-    write_recording(target, contents)
+    write_contents(target, contents)
     return target
 
 
 def with_steps(change: Callable[[dict[str, Any]], None]) -> Callable[[Contents], None]:
-    """A change of what /step says."""
+    """A change of the messages of /step."""
 
     def act(contents: Contents) -> None:
         (number,) = (channel.id for channel in contents.channels.values() if channel.topic == STEP)

@@ -1,15 +1,16 @@
-"""A recorded episode's states: its actions are run again, which gives them to the last bit."""
+"""Runs a recorded episode again: its actions give its physical states to the last bit."""
 
 import functools
 import sys
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import gymnasium
 import numpy as np
 
 from asddpg.build import make_environment, navigation_env
 from asddpg.config import TrainConfig
+from asddpg.episodes.protocols import Action
 from asddpg.errors import UserError
 from asddpg.recording.files.reading import Recording
 from asddpg.recording.messages.path_message import DRIVER_COLOURS
@@ -18,7 +19,17 @@ from asddpg.recording.samples import NANOSECONDS
 from asddpg.runs.run_folder import training_in
 from tasks.gymnasium_api.navigation_env import NavigationEnv
 
-StepRecord = dict[str, Any]  # what /step says
+StepRecord = dict[str, Any]  # a message of /step
+RUNNING = "running"
+
+
+class RerunStep(NamedTuple):
+    """A step that was run again."""
+
+    made: int  # steps so far
+    record: StepRecord | None  # the last step; None at the beginning
+    outcome: str  # of the environment
+    is_same: bool  # the physical state equals the recorded one to the last bit
 
 
 class EpisodeStates:
@@ -27,8 +38,8 @@ class EpisodeStates:
     Attributes:
         config: what the recording was made with.
         environment: stands where the iteration has come to.
-        steps: what the recording says of each step.
-        outcome: how the episode ended; running where the recording was cut off.
+        steps: the recorded messages of /step.
+        outcome: how the episode ended; running where the recording was interrupted.
     """
 
     def __init__(self, recording: Recording) -> None:
@@ -39,7 +50,7 @@ class EpisodeStates:
         """
         self.recording = recording
         try:
-            self.config, self._physical = _opened(recording.config)
+            self.config, self._physical = _open_environment(recording.config)
         except UserError as error:
             raise UserError(f"{recording.path} cannot be run again: {error}") from error
         self.environment: NavigationEnv = navigation_env(self._physical)
@@ -62,7 +73,7 @@ class EpisodeStates:
         return count * self.config.task.control_timestep
 
     def caption(self, count: int, step: StepRecord | None) -> tuple[str, Colour | None]:
-        """The moment after so many steps, in a line, and the colour of who drove or how it ended."""
+        """A line on the state after so many steps, and the colour of the driver or the outcome."""
         text = f"{self.title} · step {count}, {self.time(count):.1f} s"
         if count == len(self.steps):
             return f"{text} · {self.outcome}", OUTCOME_COLOURS.get(self.outcome)
@@ -70,24 +81,45 @@ class EpisodeStates:
             return f"{text} · start", None
         return f"{text} · {step['driver']} drives", DRIVER_COLOURS.get(step["driver"])
 
-    def __iter__(self) -> Iterator[tuple[int, StepRecord | None]]:
-        """From the beginning, 0 and None, to the end: how many steps have been made, and the last of them."""
+    def run(self) -> Iterator[RerunStep]:
+        """Run from the beginning, which is 0 steps, to the end.
+
+        Raises:
+            UserError: a step of the recording lacks action or digest.
+        """
         self._physical.reset(options={"start": self.recording.start, "goal": self.recording.goal})
-        yield 0, None
-        is_same, goals = True, self.recording.goals()
+        yield RerunStep(0, None, RUNNING, is_same=True)
+        goals = self.recording.goals()
         for count, step in enumerate(self.steps, 1):
+            action, digest = self._read_action(step, count - 1)
             goal = goals.get(round(step["time"] * NANOSECONDS))
             if goal is not None:
                 self.environment.set_goal(*goal)
-            self._physical.step(np.array([step["action"]["v"], step["action"]["omega"]], dtype=np.float32))
-            if is_same and self.physics.state_digest() != step["digest"]:
-                is_same = False
+            *_, info = self._physical.step(action)
+            is_same = self.physics.state_digest() == digest
+            yield RerunStep(count, step, info.get("outcome", RUNNING), is_same)
+
+    def __iter__(self) -> Iterator[tuple[int, StepRecord | None]]:
+        """From the beginning, 0 and None, to the end: how many steps have been made, and the last of them."""
+        was_same = True
+        for count, step, _, is_same in self.run():
+            if was_same and not is_same:
+                was_same = False
                 print(
                     f"note: run again, {self.recording.path.name} goes another way from step {count} on: it was made "
                     "on another machine or with other versions",
                     file=sys.stderr,
                 )
             yield count, step
+
+    def _read_action(self, step: StepRecord, number: int) -> tuple[Action, int]:
+        """The action of a step and the digest after it."""
+        try:
+            action = np.array([step["action"]["v"], step["action"]["omega"]], dtype=np.float32)
+            return action, int(step["digest"])
+        except (KeyError, TypeError, ValueError) as error:
+            path = self.recording.path
+            raise UserError(f"step {number} of {path} has no action (v, omega) or no digest") from error
 
     def go_to(self, count: int) -> StepRecord | None:
         """Run up to the end of that many steps, and return the last of them."""
@@ -103,7 +135,7 @@ class EpisodeStates:
 
 
 @functools.lru_cache(maxsize=1)  # the episodes of a folder are of one room, and opening the office takes a second
-def _opened(settings: str) -> tuple[TrainConfig, gymnasium.Env]:
-    """A recording's configuration, and the environment of it."""
+def _open_environment(settings: str) -> tuple[TrainConfig, gymnasium.Env]:
+    """A recording's configuration, and its environment."""
     config, _ = training_in(settings, "its configuration", controller=None)
     return config, make_environment(config.task, config.reward)

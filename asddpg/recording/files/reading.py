@@ -1,4 +1,4 @@
-"""Reads recordings, whole ones and such as were cut off."""
+"""Reads recordings, complete and interrupted ones."""
 
 import json
 import struct
@@ -17,13 +17,10 @@ from mcap_protobuf.decoder import DecoderFactory
 from zstandard import ZstdError
 
 from asddpg.errors import UserError
-from asddpg.recording.files.chunks import records_in, unpacked_config
-from asddpg.recording.files.journal_reading import in_full
-from asddpg.recording.files.mcap_file import CONFIG, METADATA
+from asddpg.recording.files.chunks import unpack_chunk, unpack_config
+from asddpg.recording.files.recording_file import CONFIG, METADATA, PART
 from asddpg.recording.files.whole_reads import WholeReads
 from asddpg.recording.messages.topics import GOAL, OUTCOME, STEP
-
-PART = ".part"  # ending of a recording that was not completed
 
 # What reading a damaged file raises.
 DAMAGE = (
@@ -57,40 +54,40 @@ class Recording:
     @property
     def start(self) -> tuple[float, float, float]:
         """x, y, yaw that the episode began with: m, rad; exact."""
-        x, y, yaw = self._place("start", 3)
+        x, y, yaw = self._read_place("start", 3)
         return x, y, yaw
 
     @property
     def goal(self) -> tuple[float, float]:
         """x, y: m; exact."""
-        x, y = self._place("goal", 2)
+        x, y = self._read_place("goal", 2)
         return x, y
 
-    def _place(self, name: str, size: int) -> list[float]:
+    def _read_place(self, name: str, size: int) -> list[float]:
         try:
             place = [float(number) for number in json.loads(self.facts[name])]
         except (KeyError, TypeError, ValueError):
             place = []
         if len(place) != size:
-            raise UserError(f"{self.path} does not say its {name}: it was made by another version")
+            raise UserError(f"{self.path} has no {name}: it was made by another version")
         return place
 
     def messages(self, *topics: str) -> Iterator[Message]:
         """Messages in the order of writing; of some topics, or of all.
 
-        Of a recording that was cut off, all that are whole.
+        Of an interrupted recording, all that are whole.
 
         Raises:
             UserError: the file is damaged.
         """
         schemas: dict[int, Schema] = {}
-        channels: dict[int, tuple[str, Callable[[bytes], Any]]] = {}  # the wanted ones
-        for record in _told(self.path):
+        channels: dict[int, tuple[str, Callable[[bytes], Any]]] = {}  # of the topics
+        for record in _records(self.path):
             if isinstance(record, Schema):
                 schemas[record.id] = record
             elif isinstance(record, Channel):
                 if not topics or record.topic in topics:
-                    channels[record.id] = record.topic, self._decoder(record, schemas.get(record.schema_id))
+                    channels[record.id] = record.topic, self._make_decoder(record, schemas.get(record.schema_id))
             elif isinstance(record, McapMessage) and record.channel_id in channels:
                 topic, decode = channels[record.channel_id]
                 try:
@@ -99,9 +96,9 @@ class Recording:
                     raise _damaged(self.path, error) from error
                 yield Message(topic, record.log_time, content)
 
-    def _decoder(self, channel: Channel, schema: Schema | None) -> Callable[[bytes], Any]:
+    def _make_decoder(self, channel: Channel, schema: Schema | None) -> Callable[[bytes], Any]:
         try:
-            return decoder_of(channel, schema)
+            return make_decoder(channel, schema)
         except DAMAGE as error:
             raise _damaged(self.path, error) from error
 
@@ -111,22 +108,22 @@ class Recording:
         return {time: (place.x, place.y) for time, place in poses[1:]}
 
     def steps(self) -> list[dict[str, Any]]:
-        """What /step says, one after the other."""
+        """The messages of /step."""
         return [message.content for message in self.messages(STEP)]
 
     def outcome(self) -> dict[str, Any]:
-        """What /outcome said last: how the episode ended, or that it was running."""
-        last: dict[str, Any] = {"outcome": "running"}  # where it was cut off before anything was said
+        """The last message of /outcome: how the episode ended, or that it was running."""
+        last: dict[str, Any] = {"outcome": "running"}  # interrupted before the first message
         for message in self.messages(OUTCOME):
             last = message.content
         return last
 
 
 def open_recording(path: str | Path) -> Recording:
-    """A recording of an episode; `<name>.mcap.part` is one that was cut off.
+    """Open the recording of an episode; `<name>.mcap.part` is an interrupted one.
 
     Raises:
-        UserError: there is no such file, it is none of this project's recordings, or it is damaged.
+        UserError: there is no such file, it is a recording of another program, or it is damaged.
     """
     path = Path(path)
     facts: Mapping[str, str] | None = None
@@ -134,52 +131,54 @@ def open_recording(path: str | Path) -> Recording:
         if isinstance(record, Metadata) and record.name == METADATA:
             facts = record.metadata
         elif isinstance(record, Attachment) and record.name == CONFIG and facts is not None:
-            return Recording(path, facts, _unpacked(record, path))
+            return Recording(path, facts, _unpack_config(record, path))
         elif isinstance(record, McapMessage):
             break
     raise UserError(f"{path} is a recording of another program: it does not begin with {METADATA} and {CONFIG}")
 
 
-def _unpacked(attachment: Attachment, path: Path) -> str:
+def _unpack_config(attachment: Attachment, path: Path) -> str:
     try:
-        return unpacked_config(attachment.data)
+        return unpack_config(attachment.data)
     except (EOFError, zlib.error, ValueError) as error:
         raise _damaged(path, error) from error
 
 
-def decoder_of(channel: Channel, schema: Schema | None) -> Callable[[bytes], Any]:
-    """What makes an object of a channel's messages.
+def make_decoder(channel: Channel, schema: Schema | None) -> Callable[[bytes], Any]:
+    """A function that decodes a channel's messages.
 
     Raises:
-        UserError: they are in no encoding that is known here.
+        UserError: unknown encoding.
     """
     if channel.message_encoding == "json":
         return json.loads
     decoder = DecoderFactory().decoder_for(channel.message_encoding, schema)
     if decoder is None:
-        raise UserError(f"the topic {channel.topic} is in {channel.message_encoding}, which nobody here can read")
+        raise UserError(
+            f"the topic {channel.topic} is in {channel.message_encoding}; only json and protobuf can be read"
+        )
     return decoder
 
 
-def _told(path: Path) -> Iterator[McapRecord]:
-    """All records of a file in turn, a journal as messages; a part ends where it is damaged."""
-    try:
-        yield from in_full(_records(path))
-    except DAMAGE as error:
-        if path.suffix != PART:
-            raise _damaged(path, error) from error
+def read_records(path: Path) -> Iterator[McapRecord]:
+    """All records of a file in turn, chunks unpacked.
+
+    Raises:
+        OSError: it cannot be read.
+        DAMAGE: it is damaged, or ends too early.
+    """
+    with path.open("rb") as file:
+        stream = StreamReader(cast(IO[bytes], WholeReads(file)), emit_chunks=True, validate_crcs=True)
+        for record in stream.records:
+            yield from unpack_chunk(record) if isinstance(record, Chunk) else [record]
 
 
 def _records(path: Path) -> Iterator[McapRecord]:
-    """All records of a file in turn; a part ends where it was cut off."""
-    is_part = path.suffix == PART
+    """All records of a file in turn; a part ends with its last whole record."""
     try:
-        with path.open("rb") as file:
-            stream = StreamReader(cast(IO[bytes], WholeReads(file)), emit_chunks=True, validate_crcs=True)
-            for record in stream.records:
-                yield from records_in(record) if isinstance(record, Chunk) else [record]
+        yield from read_records(path)
     except DAMAGE as error:
-        if not is_part:
+        if path.suffix != PART:
             raise _damaged(path, error) from error
     except OSError as error:
         raise UserError(f"the recording {path} cannot be read: {error.strerror}") from error
@@ -187,4 +186,6 @@ def _records(path: Path) -> Iterator[McapRecord]:
 
 def _damaged(path: Path, error: Exception) -> UserError:
     what = " ".join(str(error).split()) or type(error).__name__
-    return UserError(f"{path} is no whole recording ({what}); what is left of one: python -m tools.recover {path}")
+    return UserError(
+        f"{path} is damaged or not a recording ({what}); to save whole steps: python -m tools.recover {path}"
+    )

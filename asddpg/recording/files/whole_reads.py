@@ -1,4 +1,4 @@
-"""A file that gives what was asked for or says that it ends: mcap's reader takes half a message for a whole one."""
+"""A file that returns all requested bytes or raises: mcap's reader takes half a message for a whole one."""
 
 import os
 from typing import IO
@@ -10,17 +10,17 @@ class WholeReads:
     """The reading half of a file, as mcap's StreamReader uses it."""
 
     def __init__(self, file: IO[bytes]) -> None:
-        """Read on from where the file stands; it must be able to seek."""
+        """Read on from the present position of a seekable file."""
         self._file = file
         here = file.tell()
         self._size = file.seek(0, os.SEEK_END)
         file.seek(here)
 
     def read(self, length: int) -> bytes:
-        """So many bytes.
+        """Read `length` bytes.
 
         Raises:
-            EndOfFile: there are fewer; a damaged length, which may be anything, is not allocated first.
+            EndOfFile: there are fewer; so a damaged length allocates no memory.
         """
         if length > self._size - self._file.tell():
             raise EndOfFile("it ends too early")

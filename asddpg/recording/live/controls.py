@@ -1,7 +1,7 @@
-"""What a viewer may change while it watches: Foxglove's parameters and goals, and which of their values are right.
+"""What a viewer may change: Foxglove's parameters and goals, and their valid values.
 
-A viewer's wishes come in threads of the server's; whoever drives reads them between two steps. Each is one attribute or
-a queue, written and read whole, and `woken` is set after it.
+Requests come in threads of the server; the driving thread reads them between two steps. Each is one attribute or a
+queue, written and read whole, and `wake_event` is set after it.
 """
 
 import math
@@ -23,14 +23,14 @@ class Steering(Protocol):
 
     @property
     def drivers(self) -> Sequence[str]:
-        """Names that `driver` may be."""
+        """Valid names of `driver`."""
 
     def set_goal(self, x: float, y: float) -> None:
-        """Another goal, metres, world frame; UserError or TaskError where none can lie."""
+        """Move the goal, metres, world frame; UserError or TaskError where it would not be free."""
 
 
-class GoalWish(NamedTuple):
-    """Where a viewer wants the goal: metres, in a frame by name."""
+class GoalRequest(NamedTuple):
+    """A goal that a viewer requests: metres, in a frame by name."""
 
     frame: str
     x: float
@@ -38,14 +38,14 @@ class GoalWish(NamedTuple):
 
 
 class LiveControls:
-    """Wishes that were granted, and those that wait for the driving thread."""
+    """The parameters, and the goal requests that wait for the driving thread."""
 
     def __init__(self, speed: float, steering: Steering | None) -> None:
-        """Begin at a speed, in simulated seconds a second; without steering there is nothing to steer."""
+        """Begin at a speed, in simulated seconds a second; without steering neither driver nor goal can be set."""
         self.speed, self.paused, self.step_once = speed, False, False
-        self.goal = (0.0, 0.0)  # m, world frame; kept up by the driving thread
-        self.goals: SimpleQueue[GoalWish] = SimpleQueue()
-        self.woken = threading.Event()
+        self.goal = (0.0, 0.0)  # m, world frame; written by the driving thread
+        self.goals: SimpleQueue[GoalRequest] = SimpleQueue()
+        self.wake_event = threading.Event()
         self._steering = steering
         self._setters: Mapping[str, Callable[[Any], None]] = {
             PAUSED: self._set_paused,
@@ -66,34 +66,34 @@ class LiveControls:
         """Set a parameter.
 
         Raises:
-            UserError: there is none of that name, or the value is none for it.
+            UserError: there is no such parameter, or the value is invalid.
         """
         if name not in self._setters:
             raise UserError(f"there is no parameter {name!r}; there are {', '.join(self.values())}")
         self._setters[name](value)
-        self.woken.set()
+        self.wake_event.set()
 
-    def wish_goal(self, wish: GoalWish) -> None:
-        """Ask for a goal; UserError where nobody steers."""
+    def request_goal(self, request: GoalRequest) -> None:
+        """Queue a goal; UserError without steering."""
         if self._steering is None:
             raise UserError(f"a goal {_OF_PLAY}")
-        self.goals.put(wish)
-        self.woken.set()
+        self.goals.put(request)
+        self.wake_event.set()
 
-    def take_step(self) -> bool:
-        """Whether a single step was asked for; it is then no more."""
+    def take_single_step(self) -> bool:
+        """Whether a single step was requested since the last call."""
         if not self.step_once:
-            return False  # and nothing is written: it might be asked for at this very moment
+            return False  # without a write, which would lose a request that comes at this moment
         self.step_once = False
         return True
 
     # Setters ------------------------------------------------------------------------------------------------------
 
     def _set_paused(self, value: Any) -> None:
-        self.paused = _truth(PAUSED, value)
+        self.paused = _boolean(PAUSED, value)
 
     def _set_step_once(self, value: Any) -> None:
-        if _truth(STEP_ONCE, value):
+        if _boolean(STEP_ONCE, value):
             self.step_once = self.paused = True  # in this order: paused alone would hold a step that is allowed
 
     def _set_speed(self, value: Any) -> None:
@@ -111,19 +111,19 @@ class LiveControls:
     def _set_goal(self, value: Any) -> None:
         if not isinstance(value, list | tuple) or len(value) != 2:
             raise UserError(f"{GOAL} must be two numbers, x and y in metres, not {value!r}")
-        self.wish_goal(GoalWish("", *(_metres(number) for number in value)))
+        self.request_goal(GoalRequest("", *(_metres(number) for number in value)))
 
 
-def goal_in(message: Any) -> GoalWish:
-    """The goal of a message of Foxglove's: a point, or a pose, with a frame in itself or in its header.
+def parse_goal(message: Any) -> GoalRequest:
+    """The goal in a message of Foxglove's: a point, or a pose, with a frame in itself or in its header.
 
     Raises:
-        UserError: it is none.
+        UserError: it is neither.
     """
     try:
         place = message["point"] if "point" in message else message["pose"]["position"]
         frame = message.get("frame_id", message.get("header", {}).get("frame_id", ""))
-        return GoalWish(str(frame).strip("/"), _metres(place["x"]), _metres(place["y"]))
+        return GoalRequest(str(frame).strip("/"), _metres(place["x"]), _metres(place["y"]))
     except (KeyError, TypeError, AttributeError) as error:
         wanted = '{"point": {"x": 1, "y": 2}} or {"pose": {"position": {"x": 1, "y": 2}}}, metres'
         raise UserError(f"a goal is a message such as {wanted}") from error
@@ -135,7 +135,7 @@ def _metres(number: Any) -> float:
     return float(number)
 
 
-def _truth(name: str, value: Any) -> bool:
+def _boolean(name: str, value: Any) -> bool:
     if not isinstance(value, bool):
         raise UserError(f"{name} must be true or false, not {value!r}")
     return value

@@ -1,6 +1,6 @@
-"""Episodes live in Foxglove, over a WebSocket of this machine: watched by anybody there, steered where that is allowed.
+"""Episodes live in Foxglove, over a WebSocket of this machine; in play they can be steered too.
 
-While nobody is connected a step costs next to nothing: it is only counted.
+Without a subscriber a step costs next to nothing: it is only counted.
 """
 
 import math
@@ -13,87 +13,84 @@ from foxglove.websocket import Capability, Parameter, StatusLevel, WebSocketServ
 
 from asddpg.episodes.protocols import Episode, Observation, Step
 from asddpg.errors import UserError
-from asddpg.recording.live.controls import GOAL, GoalWish, LiveControls, Steering
+from asddpg.recording.live.controls import GOAL, GoalRequest, LiveControls, Steering
 from asddpg.recording.live.listener import LiveListener
 from asddpg.recording.messages.channels import Channels
-from asddpg.recording.messages.pose_messages import States
+from asddpg.recording.messages.pose_messages import PoseEncoder
 from asddpg.recording.messages.publisher import Publisher
 from asddpg.recording.messages.scene_messages import Point, scene_message
-from asddpg.recording.messages.step_message import told
 from asddpg.recording.pictures.cameras import Stills
-from asddpg.recording.samples import NANOSECONDS, Moment, MomentReader, Watched
+from asddpg.recording.samples import NANOSECONDS, RecordedEnvironment, Sample, Sampler
 from tasks.errors import TaskError
 from tasks.scene.frames import BodyFrames
 from tasks.scene.shapes import WORLD
 
 HOST = "127.0.0.1"
 GAP = 1.0  # s of the viewer's time between two episodes: long enough to see how the first one ended
-_LATE = 0.1  # s behind the clock from which on time is let go rather than caught up
-_LONGEST_WAIT = 0.2  # s; then it is looked whether a signal has come
-_LAST_WORDS = 0.2  # s for what was told last to be sent
+_LATE = 0.1  # s behind the clock beyond which lost time is not caught up
+_LONGEST_WAIT = 0.2  # s between two looks for a signal
+_LAST_MESSAGES = 0.2  # s for the last messages to be sent
 
 
 class LiveView:
-    """Shows an environment's episodes to whoever is connected, at the pace they want.
+    """Publishes an environment's episodes to its viewers, at the pace they choose.
 
-    Without steering, as in training, episodes go on while nobody watches; with it they wait for a viewer.
+    Without steering, as in training, episodes go on while there is no viewer; with it they wait for one.
     """
 
     def __init__(
         self,
-        environment: Watched,
+        environment: RecordedEnvironment,
         port: int,
         speed: float,
         steering: Steering | None = None,
         cameras: Stills | None = None,
     ) -> None:
-        """Serve.
+        """Start the server.
 
         Args:
-            environment: what is watched.
+            environment: what is shown.
             port: of the WebSocket, 0 for a free one.
-            speed: simulated seconds a second while somebody watches, 0 as fast as it goes.
+            speed: simulated seconds a second while there are viewers, 0 as fast as possible.
             steering: what viewers may change.
-            cameras: whose pictures are shown too; they are taken while somebody watches.
+            cameras: whose pictures are shown too; they are taken while there are viewers.
 
         Raises:
             UserError: the port cannot be had.
         """
         self._physics, self._steering = environment.physics, steering
         self._channels = Channels(cameras.names if cameras else ())
-        self._reader = MomentReader(environment, cameras)
+        self._sampler = Sampler(environment, cameras)
         model = self._physics.model.ptr
-        states = States(BodyFrames.from_model(model), environment.scan_shape)
-        self._publisher = Publisher(self._channels.log, states, scene_message(model))
+        poses = PoseEncoder(BodyFrames.from_model(model), environment.scan_shape)
+        self._publisher = Publisher(self._channels.log, poses, scene_message(model))
         self._controls = LiveControls(speed, steering)
         self._listener = LiveListener(self._controls, self._refuse)
         self._pace = _Pace()
-        self.stops: Callable[[], bool] = lambda: False  # whether whoever drives has been asked to stop: waiting ends
+        self.stops: Callable[[], bool] = lambda: False  # whether the program has been told to stop: waiting ends
         self._episode: Episode | None = None
-        self._server: WebSocketServer | None = None  # while it is made, viewers may already ask for something
+        self._begin_path(self._physics.pose()[:2])
+        self._server: WebSocketServer | None = None  # viewers may send requests before it is returned
         self._server = _serve(port, self._channels.context, self._listener)
 
     @property
     def port(self) -> int:
-        """Where it is served."""
+        """Of the WebSocket."""
         assert self._server is not None
         return self._server.port
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
         """Show the beginning."""
-        self._number, self._episode = -1, None
-        self._start: Point = info["pose"][:2]
-        self._driven: list[tuple[str, Point]] = []
-        self._told = 0.0
+        self._begin_path(info["pose"][:2])
         if self._is_idle:
             return
         self._observation = observation
         self._publish_goal(self._physics.goal())
-        self._listener.take_newcomer()
-        moment = self._now()
-        self._tell_time(moment)
-        self._publisher.tell([moment])
-        self._hold(0.0)
+        self._listener.take_subscription()
+        sample = self._sample()
+        self._broadcast_time(sample)
+        self._publisher.publish([sample])
+        self._wait(0.0)
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
         """Show a step, and wait until the next is due."""
@@ -102,104 +99,109 @@ class LiveView:
         if self._is_idle:
             return
         self._observation = step.next_observation
-        moment = told(self._reader.step(step)._replace(number=self._number))
-        elapsed = self._tell_time(moment)
-        if self._listener.take_newcomer():
-            self._publisher.take_up(moment, self._start, self._driven[:-1])
-        self._publisher.tell([moment])
+        sample = self._sampler.sample(self._number, step, step.next_observation)
+        elapsed = self._broadcast_time(sample)
+        if self._listener.take_subscription():
+            self._publisher.publish_state(sample, self._start, self._driven[:-1])
+        self._publisher.publish([sample])
         if not (step.terminated or step.truncated):
-            self._hold(min(elapsed, GAP))
+            self._wait(min(elapsed, GAP))
 
     def end_episode(self, episode: Episode) -> None:
         """Show how it ended."""
         self._episode = episode
         if not self._is_idle:
-            self._publisher.end(episode)
-            self._hold(GAP)
-        self._publisher.begins_at += round((self._physics.data.ptr.time + GAP) * NANOSECONDS)
+            self._publisher.publish_end(episode)
+            self._wait(GAP)
+        self._publisher.offset += round((self._physics.data.ptr.time + GAP) * NANOSECONDS)
 
     def close(self) -> None:
-        """Let the viewers go; to be called by the thread that drives."""
+        """Disconnect the viewers; to be called by the thread that drives."""
         assert self._server is not None
-        if self._listener.is_watched:
-            time.sleep(_LAST_WORDS)
-        server, self._server = self._server, None  # first: nobody may ask anything of one that is being stopped
+        if self._listener.has_viewers:
+            time.sleep(_LAST_MESSAGES)
+        server, self._server = self._server, None  # first: listeners must not use a server that is being stopped
         server.stop()
 
-    # Showing ------------------------------------------------------------------------------------------------------
+    # Publishing ---------------------------------------------------------------------------------------------------
 
     @property
     def _is_idle(self) -> bool:
-        return self._steering is None and not self._listener.is_watched
+        return self._steering is None and not self._listener.has_viewers
 
-    def _now(self) -> Moment:
-        return told(self._reader.begin(self._observation)._replace(number=self._number))
+    def _begin_path(self, place: Point) -> None:
+        self._start, self._number, self._published_time = place, -1, 0.0
+        self._driven: list[tuple[str, Point]] = []  # driver and reached place of each step
+        self._episode = None
 
-    def _tell_time(self, moment: Moment) -> float:
-        """Set the viewer's clock, before the messages that it stamps; gives the seconds since it was set last."""
+    def _sample(self) -> Sample:
+        return self._sampler.sample(self._number, None, self._observation)
+
+    def _broadcast_time(self, sample: Sample) -> float:
+        """Set the viewers' clock, before the messages of that time; returns the seconds since the last time."""
         assert self._server is not None
-        self._server.broadcast_time(self._publisher.begins_at + moment.time)
-        told, self._told = self._told, moment.time / NANOSECONDS
-        return self._told - told
+        self._server.broadcast_time(self._publisher.offset + sample.time)
+        before, self._published_time = self._published_time, sample.seconds
+        return self._published_time - before
 
-    def _take_up(self) -> None:
-        """Everything as it stands, for somebody who has just come or after something was moved."""
-        moment = self._now()
-        self._tell_time(moment)
-        self._publisher.take_up(moment, self._start, self._driven)
+    def _publish_state(self) -> None:
+        """Publish everything as it stands, for a new subscriber or after the goal was moved."""
+        sample = self._sample()
+        self._broadcast_time(sample)
+        self._publisher.publish_state(sample, self._start, self._driven)
         if self._episode is not None:
-            self._publisher.end(self._episode)
+            self._publisher.publish_end(self._episode)
 
     # Waiting ------------------------------------------------------------------------------------------------------
 
-    def _hold(self, seconds: float) -> None:
-        """Wait as the viewer has it, with so much simulated time since the last wait; heed what is asked for."""
+    def _wait(self, seconds: float) -> None:
+        """Wait at the viewers' pace, with so much simulated time since the last wait; handle requests meanwhile."""
         while True:
-            self._controls.woken.clear()
-            self._heed()
-            rest = self._rest(seconds)
+            self._controls.wake_event.clear()
+            self._handle_requests()
+            rest = self._remaining(seconds)
             if rest <= 0.0 or self.stops():
                 break
-            self._controls.woken.wait(min(rest, _LONGEST_WAIT))
-        self._pace.go(seconds, self._controls.speed)
+            self._controls.wake_event.wait(min(rest, _LONGEST_WAIT))
+        self._pace.finish_wait(seconds, self._controls.speed)
 
-    def _rest(self, seconds: float) -> float:
+    def _remaining(self, seconds: float) -> float:
         """Seconds still to wait."""
-        if not self._listener.is_watched:
+        if not self._listener.has_viewers:
             return 0.0 if self._steering is None else math.inf
         if self._controls.paused:
-            return 0.0 if self._controls.take_step() else math.inf
-        return self._pace.rest(seconds, self._controls.speed)
+            return 0.0 if self._controls.take_single_step() else math.inf
+        return self._pace.remaining(seconds, self._controls.speed)
 
-    def _heed(self) -> None:
-        if self._listener.take_newcomer():
-            self._take_up()
+    def _handle_requests(self) -> None:
+        if self._listener.take_subscription():
+            self._publish_state()
         while not self._controls.goals.empty():
             self._move_goal(self._controls.goals.get())
 
     # Steering -----------------------------------------------------------------------------------------------------
 
-    def _move_goal(self, wish: GoalWish) -> None:
+    def _move_goal(self, request: GoalRequest) -> None:
         assert self._steering is not None
         try:
-            x, y = self._in_world(wish)
+            x, y = self._transform_to_world(request)
             self._steering.set_goal(x, y)
         except (UserError, TaskError) as error:
             self._refuse(str(error))
             return
         self._publish_goal((x, y))
-        self._take_up()
-        self._publisher.say(f"the viewer moves the goal to ({x:.2f}, {y:.2f})")
+        self._publish_state()
+        self._publisher.publish_log(f"the viewer moves the goal to ({x:.2f}, {y:.2f})")
 
-    def _in_world(self, wish: GoalWish) -> Point:
-        """A wish in the world frame: a view that follows the robot gives places in the robot's."""
-        if wish.frame in ("", WORLD):
-            return wish.x, wish.y
-        if wish.frame != "base":
-            raise UserError(f"a goal is given in the frame {WORLD} or base, not {wish.frame!r}")
+    def _transform_to_world(self, request: GoalRequest) -> Point:
+        """The requested goal in the world frame: a view that follows the robot gives places in the robot's."""
+        if request.frame in ("", WORLD):
+            return request.x, request.y
+        if request.frame != "base":
+            raise UserError(f"a goal is given in the frame {WORLD} or base, not {request.frame!r}")
         pose = self._physics.pose()
         cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
-        return pose.x + cos * wish.x - sin * wish.y, pose.y + sin * wish.x + cos * wish.y
+        return pose.x + cos * request.x - sin * request.y, pose.y + sin * request.x + cos * request.y
 
     def _publish_goal(self, goal: Point) -> None:
         self._controls.goal = goal
@@ -212,17 +214,17 @@ class LiveView:
 
 
 class _Pace:
-    """Simulated time beside the clock on the wall."""
+    """Keeps simulated time in step with the wall clock."""
 
     def __init__(self) -> None:
         self._last = time.monotonic()  # when the last wait should have ended
 
-    def rest(self, seconds: float, speed: float) -> float:
-        """Seconds until so much simulated time has gone by since then."""
+    def remaining(self, seconds: float, speed: float) -> float:
+        """Seconds until so much simulated time has passed since the last wait."""
         return self._last + seconds / speed - time.monotonic() if speed else 0.0
 
-    def go(self, seconds: float, speed: float) -> None:
-        """The wait is over."""
+    def finish_wait(self, seconds: float, speed: float) -> None:
+        """Begin to count anew."""
         now = time.monotonic()
         due = self._last + seconds / speed if speed else now
         self._last = min(max(due, now - _LATE), now)

@@ -16,7 +16,6 @@ from foxglove.messages import (
     SceneUpdate,
 )
 
-from asddpg.recording.files.plain_mcap import message_encoding
 from asddpg.recording.messages import topics
 from asddpg.recording.messages.schemas import compact
 
@@ -42,7 +41,11 @@ _JSON = {
 }
 
 
-LogMessage = Callable[[bytes, int], object]  # gets a message and simulated ns
+def _message_encoding(schema: foxglove.Schema) -> str:
+    return "json" if schema.encoding == "jsonschema" else schema.encoding
+
+
+LogMessage = Callable[[bytes, int], object]  # takes a message and simulated ns
 
 
 class Channels:
@@ -68,7 +71,7 @@ class Channels:
         self.context = foxglove.Context()
         self._channels = {
             topic: foxglove.Channel(
-                topic, schema=schema, message_encoding=message_encoding(schema), context=self.context
+                topic, schema=schema, message_encoding=_message_encoding(schema), context=self.context
             )
             for topic, schema in self.schemas.items()
         }

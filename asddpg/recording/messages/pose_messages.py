@@ -1,66 +1,98 @@
-"""/tf, /scan and /odom: where everything is and what the laser sees, at many moments at once."""
+"""/tf, /scan and /odom: poses and laser ranges of a batch of samples."""
 
 import struct
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
+from foxglove.messages import FrameTransform, FrameTransforms, LaserScan, Odometry, Pose, Quaternion, Timestamp, Vector3
 
-from asddpg.recording.messages.robot_messages import kept_ranges, on_grid, states
+from asddpg.recording.messages.robot_messages import make_timestamp, round_to_grid
 from asddpg.recording.messages.scene_messages import Point
-from asddpg.recording.samples import Moment
+from asddpg.recording.samples import Sample
+from tasks.constants import FIELD_OF_VIEW, MAX_RANGE
 from tasks.scene.frames import BodyFrames
+from tasks.scene.shapes import WORLD
 
 _ROBOT, _GOAL = "base", "goal"  # their frames
 _POINT = struct.Struct("<2d")
-_AT_ONCE = 64  # more would leave the processor's cache
+_IDENTITY = Pose(position=Vector3(), orientation=Quaternion(w=1.0))
+_RANGE_GRID = 512.0  # steps a metre, see round_to_grid
 
 
-class State(NamedTuple):
-    """Messages of a moment, and where the robot is."""
+class PoseMessages(NamedTuple):
+    """Encoded messages of a sample, and the robot's place in them."""
 
-    frames: bytes
+    transforms: bytes
     scan: bytes
-    motion: bytes
+    odometry: bytes
     place: Point  # m, world frame
 
 
-class States:
-    """Of one scene."""
+class PoseEncoder:
+    """Encodes samples of one scene."""
 
     def __init__(self, frames: BodyFrames, scan_shape: tuple[int, int]) -> None:
-        """Take what can move, and how many scans and beams stand at the head of an observation."""
+        """Encode these frames, and the scan of observations that begin with (scans, beams)."""
         num_scans, self._num_beams = scan_shape
         self._frames, self._base = frames, frames.index(_ROBOT)
-        self._robot_at, self._goal_at = (3 * 8 * int(frames.bodies[frames.index(name)]) for name in (_ROBOT, _GOAL))
+        self._goal_offset = 3 * 8 * int(frames.bodies[frames.index(_GOAL)])  # bytes into xpos
         self._velocity = slice(num_scans * self._num_beams, num_scans * self._num_beams + 2)
-        self._template = states(frames.frames, self._num_beams)
 
-    def goal(self, moment: Moment) -> Point:
-        """Where the goal is: m, world frame."""
-        return _point(moment, self._goal_at)
+    def read_goal(self, sample: Sample) -> Point:
+        """The goal's place: m, world frame."""
+        x, y = _POINT.unpack_from(sample.positions, self._goal_offset)
+        return x, y
 
-    def place(self, moment: Moment) -> Point:
-        """Where the robot is: m, world frame; exactly."""
-        return _point(moment, self._robot_at)
+    def encode(self, samples: Sequence[Sample], times: Sequence[int]) -> Iterator[PoseMessages]:
+        """The messages of each sample; times of the messages in ns."""
+        observations = np.array([sample.observation for sample in samples])
+        poses = self._frames.relative([sample.positions + sample.quaternions for sample in samples])
+        ranges = np.rint((observations[:, : self._num_beams] + 0.5) * (MAX_RANGE * _RANGE_GRID)) / _RANGE_GRID
+        velocities = round_to_grid(observations[:, self._velocity].astype(np.float64))
+        numbers = (round_to_grid(poses).tolist(), velocities.tolist(), ranges.tolist())
+        for time, placed, velocity, beams in zip(times, *numbers, strict=True):
+            stamp, base = make_timestamp(time), placed[self._base]
+            yield PoseMessages(
+                self._transforms(stamp, placed).encode(),
+                _laser_scan(stamp, beams).encode(),
+                _odometry(stamp, base, velocity).encode(),
+                (base[0], base[1]),
+            )
 
-    def of(self, moments: Sequence[Moment], times: Sequence[int]) -> Iterator[State]:
-        """How things stand, one moment after the other; times of the messages in ns."""
-        for begin in range(0, len(moments), _AT_ONCE):
-            part = slice(begin, begin + _AT_ONCE)
-            yield from self._of(moments[part], times[part])
+    def _transforms(self, stamp: Timestamp, poses: Sequence[Sequence[float]]) -> FrameTransforms:
+        """All frames in one message: after a seek a viewer gets only the last message of a topic."""
+        return FrameTransforms(
+            transforms=[
+                FrameTransform(
+                    timestamp=stamp,
+                    parent_frame_id=frame.parent,
+                    child_frame_id=frame.name,
+                    translation=Vector3(x=x, y=y, z=z),
+                    rotation=Quaternion(x=i, y=j, z=k, w=w),
+                )
+                for frame, (x, y, z, w, i, j, k) in zip(self._frames.frames, poses, strict=True)
+            ]
+        )
 
-    def _of(self, moments: Sequence[Moment], times: Sequence[int]) -> Iterator[State]:
-        observations = np.array([moment.observation for moment in moments])
-        places = self._frames.relative([moment.positions + moment.quaternions for moment in moments])
-        motions = places[:, self._base], observations[:, self._velocity]
-        kept = on_grid(np.concatenate((*motions, places.reshape(len(moments), -1)), axis=1))
-        numbers = np.concatenate((kept, kept_ranges(observations, self._num_beams)), axis=1)
-        told = self._template.fill(times, numbers)
-        for (frames, scan, motion), (x, y) in zip(told, kept[:, :2].tolist(), strict=True):
-            yield State(frames, scan, motion, (x, y))
+
+def _laser_scan(stamp: Timestamp, ranges: list[float]) -> LaserScan:
+    """The scan that the policy got: metres, from right to left."""
+    half = FIELD_OF_VIEW / 2
+    return LaserScan(
+        timestamp=stamp, frame_id="laser", pose=_IDENTITY, start_angle=-half, end_angle=half, ranges=ranges
+    )
 
 
-def _point(moment: Moment, begin: int) -> Point:
-    x, y = _POINT.unpack_from(moment.positions, begin)
-    return x, y
+def _odometry(stamp: Timestamp, pose: Sequence[float], velocity: Sequence[float]) -> Odometry:
+    """Pose of the base in the world, (x, y, z, w, i, j, k), and (v, ω) in its own frame: m/s, rad/s."""
+    x, y, z, w, i, j, k = pose
+    linear, angular = velocity
+    return Odometry(
+        timestamp=stamp,
+        frame_id=WORLD,
+        body_frame_id="base",
+        pose=Pose(position=Vector3(x=x, y=y, z=z), orientation=Quaternion(x=i, y=j, z=k, w=w)),
+        linear_velocity=Vector3(x=linear),
+        angular_velocity=Vector3(z=angular),
+    )

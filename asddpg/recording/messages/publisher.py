@@ -1,140 +1,119 @@
-"""Tells episodes: what a recording has of them, message by message."""
+"""Publishes episodes message by message, to a recording or to the live view."""
 
-import itertools
-import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 
 from foxglove.messages import Log, LogLevel
 
-from asddpg.episodes.protocols import Driver, Episode
+from asddpg.episodes.protocols import Episode, Step
 from asddpg.recording.messages.channels import LogMessage
 from asddpg.recording.messages.path_message import PathMessage
-from asddpg.recording.messages.pose_messages import States
-from asddpg.recording.messages.robot_messages import goal_pose, picture_message, timestamp
+from asddpg.recording.messages.pose_messages import PoseEncoder
+from asddpg.recording.messages.robot_messages import goal_pose, make_timestamp, picture_message
 from asddpg.recording.messages.scene_messages import Point
-from asddpg.recording.messages.step_message import outcome_json, reward_of
+from asddpg.recording.messages.step_message import encode_command, encode_outcome, encode_step
 from asddpg.recording.messages.topics import CAMERA, CMD_VEL, GOAL, LOG, ODOM, OUTCOME, PATH, SCAN, SCENE, STEP, TF
-from asddpg.recording.samples import Moment
+from asddpg.recording.samples import Sample
 
-STEPS_BETWEEN_PATHS = 2  # the path so far is told anew each time, whole; in 2 the robot hides where it ends
-LONG_PATH = 100  # a long one is told whenever it has grown by a part of so many, or its messages would grow squared
+STEPS_BETWEEN_PATHS = 2  # the whole path is published each time; within 2 steps the robot covers its end
+LONG_PATH = 100  # a longer one is published whenever it has grown by 1/100, or its messages would grow squared
 
 
 class Publisher:
-    """One environment's episodes, one after the other."""
+    """Publishes one environment's episodes, one after the other."""
 
-    def __init__(
-        self, log: Mapping[str, LogMessage], states: States, scene: bytes | None, is_video: bool = False
-    ) -> None:
-        """Tell episodes of a scene.
+    def __init__(self, log: Mapping[str, LogMessage], poses: PoseEncoder, scene: bytes, is_video: bool = False) -> None:
+        """Publish episodes of a scene.
 
         Args:
-            log: gets the messages, by topic.
-            states: tells where everything is.
-            scene: the message of /scene; None where it is told already.
+            log: takes the messages, by topic.
+            poses: encodes what moves.
+            scene: the message of /scene.
             is_video: whether cameras' pictures are H.264 and not JPEG.
         """
-        self._log, self._states, self._scene, self._is_video = log, states, scene, is_video
-        self._path = PathMessage()
+        self._log, self._poses, self._scene, self._is_video = log, poses, scene, is_video
+        self._path = PathMessage((0.0, 0.0))
         self._goal = (0.0, 0.0)
         self._time = 0
-        self.begins_at = 0  # ns, added to the times of an episode
+        self.offset = 0  # ns, added to the times of an episode
 
-    def tell(self, moments: Sequence[Moment]) -> None:
-        """An episode's beginning, its steps, one after the other; many at once take a fraction of the time."""
-        for moment, place in self._tell_states(moments):
-            if moment.driver:
-                self._step(moment, place)
+    def publish(self, samples: Sequence[Sample]) -> None:
+        """Publish consecutive samples of an episode; a batch costs a fraction of one by one."""
+        for sample, place in self._publish_poses(samples):
+            if sample.step is None:
+                self._publish_beginning(sample, place)
             else:
-                self._begin(moment, place)
+                self._publish_step(sample, sample.step, place)
 
-    def take_up(self, moment: Moment, start: Point, driven: Iterable[tuple[str, Point]]) -> None:
-        """What there was to tell of a beginning and has changed since, for somebody who comes in the middle of it.
+    def publish_state(self, sample: Sample, start: Point, driven: Iterable[tuple[str, Point]]) -> None:
+        """Publish everything that a viewer needs who subscribes in the middle of an episode.
 
         Args:
-            moment: now.
+            sample: the present one.
             start: where the episode began, m.
-            driven: who has driven since, and to where, step by step.
+            driven: driver and reached place of each step since.
         """
-        (_,) = self._tell_states([moment])
-        self._tell_setting(moment)
-        self._path.begin(start)
+        (_,) = self._publish_poses([sample])
+        self._publish_setting(sample)
+        self._path = PathMessage(start)
         for driver, place in driven:
             self._path.extend(driver, place)
-        self._tell_path()
+        self._publish_path()
 
-    def cut(self, moments: Sequence[Moment]) -> Episode:
-        """Figures of an episode that is broken off after some moments."""
-        places = [self._states.place(moment) for moment in moments]
-        return Episode(
-            "cut",
-            len(moments) - 1,
-            sum(reward_of(moment) for moment in moments),
-            sum(moment.driver == Driver.CONTROLLER for moment in moments),
-            sum(itertools.starmap(math.dist, itertools.pairwise(places))),
-        )
+    def publish_end(self, episode: Episode) -> None:
+        """Publish how the episode ended."""
+        self._publish_path()
+        self._log[OUTCOME](encode_outcome(episode), self._time)
+        self.publish_log(f"{episode.outcome} after {episode.steps} steps, {episode.path_length:.1f} m driven")
 
-    def end(self, episode: Episode) -> None:
-        """How it ended."""
-        self._tell_path()
-        self._log[OUTCOME](outcome_json(episode), self._time)
-        self.say(f"{episode.outcome} after {episode.steps} steps, {episode.path_length:.1f} m driven")
-
-    def say(self, text: str, level: LogLevel = LogLevel.Info) -> None:
-        """A line of the log."""
-        message = Log(timestamp=timestamp(self._time), level=level, message=text, name="asddpg")
+    def publish_log(self, text: str) -> None:
+        """Publish a line of the log."""
+        message = Log(timestamp=make_timestamp(self._time), level=LogLevel.Info, message=text, name="asddpg")
         self._log[LOG](message.encode(), self._time)
 
-    def _begin(self, moment: Moment, place: Point) -> None:
-        """The room, the goal, and how things stand."""
-        self._tell_setting(moment)
-        self._path.begin(place)
-        self._tell_path()
+    def _publish_beginning(self, sample: Sample, place: Point) -> None:
+        self._publish_setting(sample)
+        self._path = PathMessage(place)
+        self._publish_path()
         (x, y), (goal_x, goal_y) = place, self._goal
-        self.say(f"from ({x:.2f}, {y:.2f}) to the goal ({goal_x:.2f}, {goal_y:.2f})")
+        self.publish_log(f"from ({x:.2f}, {y:.2f}) to the goal ({goal_x:.2f}, {goal_y:.2f})")
 
-    def _tell_setting(self, moment: Moment) -> None:
-        """The room, the goal, and that nothing has ended."""
-        if self._scene is not None:
-            self._log[SCENE](self._scene, self._time)
-        self._log[OUTCOME](outcome_json(None), self._time)
-        self._tell_goal(self._states.goal(moment))
-        self._tell_pictures(moment)
+    def _publish_setting(self, sample: Sample) -> None:
+        """The room, the goal, the pictures, and that the episode is running."""
+        self._log[SCENE](self._scene, self._time)
+        self._log[OUTCOME](encode_outcome(None), self._time)
+        self._publish_goal(self._poses.read_goal(sample))
+        self._publish_pictures(sample)
 
-    def _step(self, moment: Moment, place: Point) -> None:
-        """What was chosen in a step, and what came of it."""
-        self._log[STEP](moment.step, self._time)
-        self._log[CMD_VEL](moment.command, self._time)
-        goal = self._states.goal(moment)
+    def _publish_step(self, sample: Sample, step: Step, place: Point) -> None:
+        self._log[STEP](encode_step(sample, step), self._time)
+        self._log[CMD_VEL](encode_command(step), self._time)
+        goal = self._poses.read_goal(sample)
         if goal != self._goal:
-            self._tell_goal(goal)
-        self._tell_pictures(moment)
-        self._path.extend(moment.driver, place)
-        steps = moment.number + 1
+            self._publish_goal(goal)
+        self._publish_pictures(sample)
+        self._path.extend(step.decision.driver.value, place)
+        steps = sample.number + 1
         if steps % max(STEPS_BETWEEN_PATHS, steps // LONG_PATH) == 0:
-            self._tell_path()
+            self._publish_path()
 
-    def _tell_states(self, moments: Sequence[Moment]) -> Iterator[tuple[Moment, Point]]:
-        """Where everything is and what is seen, a moment at a time; yields the robot's place."""
-        times = [self.begins_at + moment.time for moment in moments]
-        tell_frames, tell_scan, tell_motion = self._log[TF], self._log[SCAN], self._log[ODOM]
-        for moment, time, (frames, scan, motion, place) in zip(
-            moments, times, self._states.of(moments, times), strict=True
-        ):
+    def _publish_poses(self, samples: Sequence[Sample]) -> Iterator[tuple[Sample, Point]]:
+        """Publish /tf, /scan and /odom, a sample at a time; yields the robot's place."""
+        times = [self.offset + sample.time for sample in samples]
+        for sample, time, messages in zip(samples, times, self._poses.encode(samples, times), strict=True):
             self._time = time
-            tell_frames(frames, time)
-            tell_scan(scan, time)
-            tell_motion(motion, time)
-            yield moment, place
+            self._log[TF](messages.transforms, time)
+            self._log[SCAN](messages.scan, time)
+            self._log[ODOM](messages.odometry, time)
+            yield sample, messages.place
 
-    def _tell_path(self) -> None:
+    def _publish_path(self) -> None:
         self._log[PATH](self._path.encode(), self._time)
 
-    def _tell_pictures(self, moment: Moment) -> None:
-        for camera, picture in moment.pictures.items():
+    def _publish_pictures(self, sample: Sample) -> None:
+        for camera, picture in sample.pictures.items():
             message = picture_message(camera, picture, self._time, self._is_video)
             self._log[f"{CAMERA}{camera}"](message.encode(), self._time)
 
-    def _tell_goal(self, goal: Point) -> None:
+    def _publish_goal(self, goal: Point) -> None:
         self._goal = goal
         self._log[GOAL](goal_pose(goal, self._time).encode(), self._time)

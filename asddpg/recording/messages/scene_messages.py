@@ -18,7 +18,7 @@ from foxglove.messages import (
     Vector3,
 )
 
-from asddpg.recording.messages.robot_messages import on_grid
+from asddpg.recording.messages.robot_messages import round_to_grid
 from tasks.scene.shapes import Part, Shape, scene_parts
 
 Point = tuple[float, float]  # x, y in metres, world frame
@@ -64,25 +64,25 @@ def _entity(owner: str, frame: str, parts: Sequence[Part]) -> SceneEntity:
 
 
 def _pose(part: Part) -> Pose:
-    x, y, z = on_grid(part.position).tolist()
-    w, i, j, k = on_grid(part.quaternion).tolist()
+    x, y, z = round_to_grid(part.position).tolist()
+    w, i, j, k = round_to_grid(part.quaternion).tolist()
     return Pose(position=Vector3(x=x, y=y, z=z), orientation=Quaternion(x=i, y=j, z=k, w=w))
 
 
 def _size(part: Part) -> Vector3:
-    x, y, z = on_grid(part.size).tolist()
+    x, y, z = round_to_grid(part.size).tolist()
     return Vector3(x=x, y=y, z=z)
 
 
 def _colour(part: Part) -> Color:
-    r, g, b, a = on_grid(part.rgba).tolist()
+    r, g, b, a = round_to_grid(part.rgba).tolist()
     return Color(r=r, g=g, b=b, a=a)
 
 
 def _triangles(part: Part) -> TriangleListPrimitive:
     assert part.vertices is not None
     assert part.faces is not None
-    points = [Point3(x=x, y=y, z=z) for x, y, z in on_grid(part.vertices).tolist()]
+    points = [Point3(x=x, y=y, z=z) for x, y, z in round_to_grid(part.vertices).tolist()]
     return TriangleListPrimitive(
         pose=_pose(part), points=points, indices=part.faces.ravel().tolist(), color=_colour(part)
     )

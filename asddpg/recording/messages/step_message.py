@@ -1,6 +1,6 @@
-"""The JSON of a recording: what /step, /cmd_vel and /outcome say.
+"""The JSON of a recording: /step, /cmd_vel and /outcome.
 
-What nobody gave, or is no finite number, is left out: a schema as Foxglove reads it knows no null.
+Missing and non-finite numbers are left out: a schema as Foxglove reads it has no null.
 """
 
 from collections.abc import Mapping
@@ -10,46 +10,23 @@ from typing import Any
 import orjson
 
 from asddpg.episodes.protocols import Action, Episode, Step
-from asddpg.recording.samples import NANOSECONDS, Moment, Reading
+from asddpg.recording.samples import NANOSECONDS, Sample
 from tasks.scene.state_digest import state_digest
 
 _SCALE = 1e5
-_MICROSECOND = 1_000  # ns: what is smaller is rounding errors
 Velocity = dict[str, Any]  # v in m/s, omega in rad/s
 
 
-def told(reading: Reading) -> Moment:
-    """What is told of a reading."""
-    number, step, observation, seconds, positions, quaternions, qpos, qvel, pictures = reading
-    time = round(seconds * (NANOSECONDS / _MICROSECOND)) * _MICROSECOND
-    if step is None:
-        return Moment(number, time, "", b"", b"", observation, positions, quaternions, pictures)
-    action = _velocity(step.decision.action)
-    message = as_json(_step(step, number, time / NANOSECONDS, action, state_digest(qpos, qvel)))
-    driver, command = step.decision.driver.value, as_json(action)
-    return Moment(number, time, driver, message, command, observation, positions, quaternions, pictures)
-
-
-def reward_of(moment: Moment) -> float:
-    """What its step earned, 0 where there was none; NaN where that was no finite number."""
-    return reward_in(orjson.loads(moment.step)) if moment.step else 0.0
-
-
-def reward_in(step: Mapping[str, Any]) -> float:
-    """What a message of /step says that the step earned; NaN where that was no finite number."""
-    reward = step.get("reward")  # recordings of old have null there
-    return nan if reward is None else float(reward)
-
-
-def _step(step: Step, number: int, time: float, action: Velocity | None, digest: int) -> dict[str, Any]:
+def encode_step(sample: Sample, step: Step) -> bytes:
+    """/step."""
     decision, info = step.decision, step.info
     terms = info.get("reward_terms", {})
     is_finite = isfinite(step.reward)  # and so are the terms, whose sum it is
-    everything = {
-        "step": number,
-        "time": time,
+    values = {
+        "step": sample.number,
+        "time": sample.time / NANOSECONDS,
         "driver": decision.driver,
-        "action": action,
+        "action": _velocity(decision.action),
         "actor": _velocity(decision.actor_action),
         "controller": _velocity(decision.controller_action),
         "noise": _velocity(decision.noise),
@@ -60,38 +37,49 @@ def _step(step: Step, number: int, time: float, action: Velocity | None, digest:
         "terms": terms if is_finite else _finite(terms),
         "distance": _rounded(info.get("distance")),
         "pushed": info.get("pushed", 0),
-        "digest": digest,
+        "digest": state_digest(sample.qpos, sample.qvel),
     }
-    return {name: value for name, value in everything.items() if value is not None}
+    return encode_json({name: value for name, value in values.items() if value is not None})
 
 
-def outcome_json(episode: Episode | None) -> bytes:
-    """/outcome: the episode's figures, or that it is still running."""
+def encode_command(step: Step) -> bytes:
+    """/cmd_vel."""
+    return encode_json(_velocity(step.decision.action))
+
+
+def encode_outcome(episode: Episode | None) -> bytes:
+    """/outcome: the episode's metrics, or that it is still running."""
     if episode is None:
-        return as_json({"outcome": "running"})
+        return encode_json({"outcome": "running"})
     metrics = {
         "steps": episode.steps,
         "total_reward": episode.total_reward,
         "controller_share": episode.controller_share,
         "path_length": episode.path_length,
     }
-    return as_json({"outcome": episode.outcome} | _finite(metrics))
+    return encode_json({"outcome": episode.outcome} | _finite(metrics))
+
+
+def read_reward(step: Mapping[str, Any]) -> float:
+    """The reward in a message of /step; NaN where it was not finite."""
+    reward = step.get("reward")
+    return nan if reward is None else float(reward)
+
+
+def encode_json(message: Any) -> bytes:
+    """Strict JSON: NaN and infinity become null; a float32 gets the few digits that give it back."""
+    return orjson.dumps(message, option=orjson.OPT_SERIALIZE_NUMPY)
 
 
 def _finite(numbers: Mapping[str, float]) -> dict[str, float]:
     return {name: number for name, number in numbers.items() if isfinite(number)}
 
 
-def as_json(message: Any) -> bytes:
-    """JSON proper: NaN and infinity, which JSON does not know, become null; a float32 gets its own few digits."""
-    return orjson.dumps(message, option=orjson.OPT_SERIALIZE_NUMPY)
-
-
 def _velocity(action: Action | None) -> Velocity | None:
-    """(v, ω) in the digits that give the same float32 back: from the executed one the episode can be run again."""
+    """(v, ω) in the digits that give the same float32 back: the executed actions reproduce the episode."""
     return None if action is None else {"v": action[0], "omega": action[1]}
 
 
 def _rounded(value: float | None) -> float | None:
-    """To a few digits, for what is only looked at; round(value, 5) would take thrice as long."""
+    """Five digits, for plots; round(value, 5) would take three times as long."""
     return None if value is None or not isfinite(value) else round(value * _SCALE) / _SCALE

@@ -14,7 +14,7 @@ from asddpg.errors import UserError
 from asddpg.recording.messages.path_message import DRIVER_COLOURS, OTHER_COLOUR
 from asddpg.recording.pictures.caption import OUTCOME_COLOURS, Colour, captioned
 from asddpg.recording.pictures.h264 import CODEC, OPTIONS, require_av
-from asddpg.recording.samples import Watched
+from asddpg.recording.samples import RecordedEnvironment
 from tasks.graphics.rendering import OffscreenRenderer
 
 HOLD = 1.5  # s of film on an episode's last picture, to read how it ended
@@ -32,7 +32,7 @@ class Film:
     def __init__(
         self,
         path: Path,
-        environment: Watched,
+        environment: RecordedEnvironment,
         camera: str = "chase",
         width: int = 640,
         height: int = 480,

@@ -296,7 +296,7 @@ def test_a_click_in_a_view_that_follows_the_robot(viewer: Viewer) -> None:
         ("/clicked_point", [1, 2], "a goal is a message such as"),
         ("/clicked_point", {"point": {"x": "a", "y": 0}}, "a goal's x and y are numbers"),
         ("/clicked_point", b"{", "is not JSON"),
-        ("/initialpose", CLICK, "nobody listens to /initialpose; a goal is heard on /clicked_point"),
+        ("/initialpose", CLICK, "there is no subscriber to /initialpose; goals are taken from /clicked_point"),
     ],
 )
 def test_a_goal_that_cannot_be_is_refused_in_a_sentence(

@@ -135,7 +135,8 @@ def test_a_recording_that_was_cut_off_is_shown_as_far_as_it_goes(tmp_path: Path)
 
     run_episode(environment, FixedDriver(decide), (recorder,), max_steps=BATCH_STEPS + 1)
     (with_steps,) = parts
-    for name, content in (("begun", with_steps[:-9]), ("nothing_said", with_steps[:9000])):
+    before_first_step = with_steps[: with_steps.index(b'{"step":0')]
+    for name, content in (("begun", before_first_step), ("without_outcome", with_steps[:9000])):
         cut = tmp_path / f"{name}.mcap.part"
         cut.write_bytes(content)
         assert EpisodeStates(open_recording(cut)).outcome == "running"

@@ -16,6 +16,7 @@ from asddpg.episodes.drivers import FixedDriver
 from asddpg.episodes.loop import run_episode
 from asddpg.episodes.protocols import Decision, Driver, Observation
 from asddpg.errors import UserError
+from asddpg.recording.files.contents import Contents
 from asddpg.recording.files.reading import open_recording
 from asddpg.recording.recorder import Provenance, Recorder, Selection, every_nth
 from asddpg.runs.provenance import environment_hash
@@ -23,7 +24,6 @@ from asddpg.runs.run_folder import config_text
 from tests.conftest import TINY
 from tests.support.recordings import changed, evaluated, with_steps
 from tools import replay_episode
-from tools.recordings.contents import Contents
 
 
 @pytest.fixture(scope="module")
@@ -138,7 +138,7 @@ def test_one_damaged_file_does_not_stop_the_others(
         replay_episode.main([str(tmp_path), str(recording)])
     assert ended.value.code == 2
     said = capsys.readouterr()
-    assert "is no whole recording" in said.err
+    assert "is damaged or not a recording" in said.err
     assert "the same to the last bit" in said.out
 
 

@@ -12,11 +12,11 @@ from mcap.writer import CompressionType, Writer
 
 from asddpg.errors import UserError
 from asddpg.recording.files import chunks
+from asddpg.recording.files.contents import Contents
 from asddpg.recording.files.reading import open_recording
 from asddpg.recording.messages.topics import OUTCOME, STEP
 from tests.support.recordings import changed, evaluated
 from tools import episode_plot, episodes, recover, replay_episode
-from tools.recordings.contents import Contents
 from tools.recordings.episode_states import EpisodeStates
 
 MEGABYTE = 10**6
@@ -116,15 +116,15 @@ def test_a_chunks_own_header_counts_and_not_only_the_files(monkeypatch: pytest.M
     data = zstandard.compress(b" " * 10 * MEGABYTE)
     chunk = Chunk("zstd", data, 0, 0, 0, uncompressed_size=1000)
     with pytest.raises(Exception, match="a chunk that unpacks to 10000000 bytes"):
-        chunks.records_in(chunk)
+        chunks.unpack_chunk(chunk)
 
 
 def test_messages_nested_without_end_are_a_sentence(recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = changed(recording, Path("theirs.mcap"), with_messages(STEP, b"[" * 100_000))
-    with pytest.raises(UserError, match="is no whole recording"):
+    with pytest.raises(UserError, match="is damaged or not a recording"):
         replay_episode.main([str(path)])
     episodes.main(["."])
-    assert "damaged: theirs.mcap is no whole recording" in capsys.readouterr().out
+    assert "damaged: theirs.mcap is damaged or not a recording" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("name", ["../../out", "/tmp/out", "won"])
@@ -142,5 +142,5 @@ def test_what_is_no_text_in_a_schema_is_a_sentence(recording: Path) -> None:
             schema.data = b"\xff" * 20
 
     path = changed(recording, Path("theirs.mcap"), other_schemas)
-    with pytest.raises(UserError, match="is no whole recording"):
+    with pytest.raises(UserError, match="is damaged or not a recording"):
         list(open_recording(path).messages())

@@ -1,20 +1,20 @@
 """A recording's records sorted by kind, and the file that is written of them."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from io import BytesIO
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from mcap.records import Attachment, Channel, McapRecord, Message, Metadata, Schema
+from mcap.records import Attachment, Channel, Message, Metadata, Schema
 from mcap.writer import Writer
 
 from asddpg.errors import UserError
-from asddpg.recording.files.reading import DAMAGE, decoder_of
+from asddpg.recording.files.reading import DAMAGE, make_decoder, read_records
 
 
-class Decoded(NamedTuple):
-    """A message as it stands in the file, and what it says."""
+class DecodedMessage(NamedTuple):
+    """A message as it stands in the file, and its content."""
 
     record: Message
     topic: str
@@ -23,65 +23,77 @@ class Decoded(NamedTuple):
 
 @dataclass
 class Contents:
-    """What a recording holds."""
+    """The records of a recording.
+
+    Attributes:
+        damage: what is wrong with the file, of which these are the records before; empty for a whole file.
+    """
 
     metadata: list[Metadata] = field(default_factory=list)
     attachments: list[Attachment] = field(default_factory=list)
     schemas: dict[int, Schema] = field(default_factory=dict)
     channels: dict[int, Channel] = field(default_factory=dict)
     messages: list[Message] = field(default_factory=list)
+    damage: str = ""
 
-    def decoded(self) -> Iterator[Decoded]:
-        """Messages in their order, up to the first that is damaged.
+    def decode(self) -> Iterator[DecodedMessage]:
+        """Messages in their order, up to the first damaged one.
 
         Raises:
-            UserError: they are in no encoding that is known here.
+            UserError: unknown encoding.
         """
         decoders = {
-            channel.id: decoder_of(channel, self.schemas.get(channel.schema_id)) for channel in self.channels.values()
+            channel.id: make_decoder(channel, self.schemas.get(channel.schema_id)) for channel in self.channels.values()
         }
         for message in self.messages:
             try:
                 content = decoders[message.channel_id](message.data)
             except DAMAGE:
                 return
-            yield Decoded(message, self.channels[message.channel_id].topic, content)
+            yield DecodedMessage(message, self.channels[message.channel_id].topic, content)
 
 
-def contents_of(records: Iterable[McapRecord]) -> Contents:
-    """Records by kind."""
+def read_contents(path: Path) -> Contents:
+    """Read a file up to the first damage.
+
+    Raises:
+        OSError: it cannot be read.
+    """
     found = Contents()
-    for record in records:
-        if isinstance(record, Metadata):
-            found.metadata.append(record)
-        elif isinstance(record, Attachment):
-            found.attachments.append(record)
-        elif isinstance(record, Schema):
-            found.schemas[record.id] = record
-        elif isinstance(record, Channel):
-            found.channels[record.id] = record
-        elif isinstance(record, Message):
-            found.messages.append(record)
+    try:
+        for record in read_records(path):
+            if isinstance(record, Metadata):
+                found.metadata.append(record)
+            elif isinstance(record, Attachment):
+                found.attachments.append(record)
+            elif isinstance(record, Schema):
+                found.schemas[record.id] = record
+            elif isinstance(record, Channel):
+                found.channels[record.id] = record
+            elif isinstance(record, Message):
+                found.messages.append(record)
+    except DAMAGE as error:
+        found.damage = " ".join(str(error).split()) or "it ends too early"
     return found
 
 
-def write_recording(path: Path, contents: Contents) -> None:
-    """Write an indexed, compressed file, which is whole or not there.
+def write_contents(path: Path, contents: Contents) -> None:
+    """Write an indexed, compressed file; a failure leaves none.
 
     Raises:
         UserError: it cannot be written.
     """
-    part = path.with_name(path.name + ".new")
+    new = path.with_name(path.name + ".new")
     try:
-        part.write_bytes(_as_bytes(contents))
-        part.replace(path)
+        new.write_bytes(_encode(contents))
+        new.replace(path)
     except OSError as error:
-        part.unlink(missing_ok=True)
+        new.unlink(missing_ok=True)
         raise UserError(f"{path} cannot be written: {error.strerror}") from error
 
 
-def _as_bytes(contents: Contents) -> bytes:
-    """MCAP; metadata and attachments first, as everywhere here: a reader of the beginning knows what it is."""
+def _encode(contents: Contents) -> bytes:
+    """MCAP; metadata and attachments come first, as in every recording, so that the beginning says what it is."""
     file = BytesIO()
     writer = Writer(file)
     writer.start(library="asddpg.recover")
