@@ -11,7 +11,7 @@ import orjson
 
 from asddpg.episodes.protocols import Action, Episode, Step
 from asddpg.recording.samples import NANOSECONDS, Moment, Reading
-from tasks.scene.state_digest import state_digest
+from tasks.physics import compute_digest
 
 _SCALE = 1e5
 _MICROSECOND = 1_000  # ns: what is smaller is rounding errors
@@ -25,7 +25,7 @@ def told(reading: Reading) -> Moment:
     if step is None:
         return Moment(number, time, "", b"", b"", observation, positions, quaternions, pictures)
     action = _velocity(step.decision.action)
-    message = as_json(_step(step, number, time / NANOSECONDS, action, state_digest(qpos, qvel)))
+    message = as_json(_step(step, number, time / NANOSECONDS, action, compute_digest(qpos, qvel)))
     driver, command = step.decision.driver.value, as_json(action)
     return Moment(number, time, driver, message, command, observation, positions, quaternions, pictures)
 
