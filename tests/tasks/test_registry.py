@@ -15,7 +15,7 @@ import tasks
 from tasks.errors import TaskError
 from tasks.room_geometry import held_out
 from tasks.room_geometry.obstacles import Obstacles
-from tasks.room_geometry.paper_goals import HELD_OUT_MARGIN
+from tasks.room_geometry.start_goal import HELD_OUT_MARGIN
 
 EVERY_TASK = pytest.mark.parametrize("name", tasks.ALL_TASKS)
 PAPER_ROOMS = ("nav_empty", "nav_simple", "nav_complex")

@@ -12,15 +12,14 @@ import shapely
 import tasks
 from tasks.constants import GOAL_RADIUS
 from tasks.errors import TaskError
+from tasks.evaluation_pairs import ROBOT_RADIUS
 from tasks.physics import Physics, Pose
 from tasks.registry import make_rule
 from tasks.room_geometry.footprints import Footprint
 from tasks.room_geometry.free_space import FreeSpace
 from tasks.room_geometry.held_out import held_out_goals, held_out_pairs
 from tasks.room_geometry.obstacles import Obstacles
-from tasks.room_geometry.paper_goals import HELD_OUT_MARGIN
-from tasks.room_geometry.shortest_paths import ROBOT_RADIUS
-from tasks.room_geometry.start_goal import MARGIN, FreeSpaceRule
+from tasks.room_geometry.start_goal import HELD_OUT_MARGIN, MARGIN, FreeSpaceRule
 from tasks.scene.loading import open_scene, scene_path
 from tests.support.small_rooms import WALLS, VisibilityGraph, free_pieces, room
 
