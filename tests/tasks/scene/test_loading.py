@@ -54,9 +54,9 @@ def test_the_scenes_of_the_tasks_open_and_compile_to_the_same_model(name: str) -
     assert model_hash(physics.model.ptr) == model_hash(Physics.from_xml_path(str(scene_path(name))).model.ptr)
 
 
-def test_no_such_file(tmp_path: Path) -> None:
-    assert sentence(tmp_path / "none.xml") == "there is no scene file FILE; an MJCF file, .xml, is expected"
-    assert sentence(tmp_path) == "there is no scene file FILE; an MJCF file, .xml, is expected"
+@pytest.mark.parametrize("name", ["none.xml", ""])
+def test_no_such_file(tmp_path: Path, name: str) -> None:
+    assert sentence(tmp_path / name) == "there is no scene file FILE; an MJCF file, .xml, is expected"
 
 
 @pytest.mark.parametrize(
@@ -67,16 +67,12 @@ def test_no_such_file(tmp_path: Path) -> None:
         ("<mujoco>\n<geoom/></mujoco>", "unrecognized element, Element 'geoom', line 2"),
         ("<mujoco><worldbody>\n<geom name='a' type='box'/></worldbody></mujoco>", "geom, Element name 'a', .*line 2"),
         ("<mujoco>\n<include file='nix.xml'/></mujoco>", "opening file 'nix.xml', Element 'include', line 2"),
+        ("<mujoco><include file='room.xml'/></mujoco>", "Element 'joom', in a file it includes"),
     ],
 )
 def test_mujocos_error_keeps_line_and_element(tmp_path: Path, xml: str, expected: str) -> None:
-    assert re.search(expected, sentence(tmp_path / "bad.xml", xml))
-
-
-def test_an_error_in_an_included_file_is_located_there(tmp_path: Path) -> None:
     (tmp_path / "room.xml").write_text("<mujoco>\n<worldbody>\n<joom/>\n</worldbody></mujoco>")
-    xml = "<mujoco><include file='room.xml'/></mujoco>"
-    assert "Element 'joom', in a file it includes" in sentence(tmp_path / "bad.xml", xml)
+    assert re.search(expected, sentence(tmp_path / "bad.xml", xml))
 
 
 @pytest.mark.parametrize("timestep", ["0", "-0.01", "nan", "5"])
