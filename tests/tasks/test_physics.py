@@ -65,15 +65,6 @@ def test_turn_on_the_spot_is_met_within_two_percent() -> None:
     assert math.dist(begin[:2], physics.pose()[:2]) < 0.02
 
 
-def test_the_floor_moves_the_robot_and_the_wheels_alone_do_not() -> None:
-    physics = scene()
-    physics.model.ptr.geom_friction[:, 0] = 1e-6
-    physics.model.ptr.geom_condim[:] = 1
-    place(physics, Pose(0.0, 0.0, 0.0))
-    drive(physics, 0.5, 0.0, 2.0)
-    assert abs(physics.pose().x) < 0.05
-
-
 def test_a_beam_that_meets_nothing_reads_the_maximum() -> None:
     physics = scene()
     physics.model.ptr.geom_group[:] = 0

@@ -161,29 +161,18 @@ def test_sonars_measure_the_walls() -> None:
     assert readings[[11, 12]] == pytest.approx([expected] * 2, abs=1e-3)
 
 
-def random_drive(name: str, seed: int, seconds: float) -> None:
-    """Random commands, into walls and things too: nothing warns, nothing falls, no wheel leaves the floor."""
-    physics, rng = open_scene(scene_path(name)), np.random.default_rng(seed)
-    start, _ = make_rule(name, physics.model.ptr).draw(rng, np.zeros((0, 2)))
-    with physics.reset_context():
-        physics.set_pose(start._replace(yaw=rng.uniform(-math.pi, math.pi)))
-    for _ in range(round(seconds / constants.CONTROL_TIMESTEP)):
-        linear, angular = rng.uniform(0.0, 0.5), rng.uniform(-math.pi / 3, math.pi / 3)
-        for _ in range(8):
-            drive(physics, linear, angular, constants.CONTROL_TIMESTEP / 8)
-            assert np.all(np.abs(heights(physics)) < 1e-3)
-    assert not any(warning.number for warning in physics.data.ptr.warning)
-    assert physics.data.ptr.body("base").xmat[8] > 0.999
-
-
+@pytest.mark.parametrize(("count", "seconds"), [(3, 12.0), pytest.param(20, 60.0, marks=pytest.mark.long)])
 @pytest.mark.parametrize("name", tasks.ALL_TASKS)
-def test_random_driving_keeps_all_wheels_down(name: str) -> None:
-    for seed in range(3):
-        random_drive(name, seed, 12.0)
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("name", tasks.ALL_TASKS)
-def test_a_minute_of_random_driving_keeps_all_wheels_down(name: str) -> None:
-    for seed in range(20):
-        random_drive(name, seed, 60.0)
+def test_random_driving_into_walls_and_things_keeps_all_wheels_down(name: str, count: int, seconds: float) -> None:
+    for seed in range(count):
+        physics, rng = open_scene(scene_path(name)), np.random.default_rng(seed)
+        start, _ = make_rule(name, physics.model.ptr).draw(rng, np.zeros((0, 2)))
+        with physics.reset_context():
+            physics.set_pose(start._replace(yaw=rng.uniform(-math.pi, math.pi)))
+        for _ in range(round(seconds / constants.CONTROL_TIMESTEP)):
+            linear, angular = rng.uniform(0.0, 0.5), rng.uniform(-math.pi / 3, math.pi / 3)
+            for _ in range(8):
+                drive(physics, linear, angular, constants.CONTROL_TIMESTEP / 8)
+                assert np.all(np.abs(heights(physics)) < 1e-3)
+        assert not any(warning.number for warning in physics.data.ptr.warning)
+        assert physics.data.ptr.body("base").xmat[8] > 0.999

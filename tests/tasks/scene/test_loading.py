@@ -10,7 +10,7 @@ from tasks import registry
 from tasks.errors import TaskError
 from tasks.physics import Physics
 from tasks.scene.checks import find_missing_elements
-from tasks.scene.loading import MODELS, TASK_CAMERAS, load_model, model_hash, open_scene, scene_path
+from tasks.scene.loading import MODELS, TASK_CAMERAS, model_hash, open_scene, scene_path
 
 BEAMS = '<rangefinder name="range_00" site="ray"/>'
 WHOLE = """<mujoco>
@@ -120,18 +120,6 @@ def test_an_element_that_is_missing(tmp_path: Path, old: str, new: str, missing:
 def test_errors_of_physics_name_the_file(tmp_path: Path) -> None:
     between = f'{BEAMS}<gyro name="gyro" site="ray"/>{BEAMS.replace("00", "01")}'
     assert "one after the other" in sentence(tmp_path / "bad.xml", WHOLE.replace(BEAMS, between))
-
-
-def test_a_scene_without_a_robot_is_still_a_model(tmp_path: Path) -> None:
-    path = tmp_path / "ball.xml"
-    path.write_text("<mujoco><worldbody><geom size='1'/></worldbody></mujoco>")
-    assert load_model(path).ngeom == 1
-
-
-def test_a_task_with_a_missing_scene_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(registry, "scene_path", lambda _: tmp_path / "none.xml")
-    with pytest.raises(TaskError, match=r"there is no scene file .*none\.xml"):
-        tasks.load("nav_empty")
 
 
 @pytest.mark.parametrize("name", ["nav_empty", "nav_gazebo"])
