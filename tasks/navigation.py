@@ -68,6 +68,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
 
     Attributes:
         readings: of base and goal at the present instant; physics is read once a step.
+        next_pair: start and goal of the next episode, and only that one; None draws them.
     """
 
     readings: Readings
@@ -96,7 +97,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         self.laser = Laser(config.laser, config.control_timestep, rng.spawn(1)[0])
         self._held_out = held_out
         self._rule = rule
-        self._next_pair: tuple[Pose, tuple[float, float]] | None = None
+        self.next_pair: tuple[Pose, tuple[float, float]] | None = None
         self.start = Pose(0.0, 0.0, 0.0)  # of the episode, as it was set: the pose read back differs in the last bit
         self._reset_episode()
 
@@ -107,14 +108,10 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
 
     # Episode ------------------------------------------------------------------------------------------------------
 
-    def set_next_pair(self, start: Pose, goal: tuple[float, float]) -> None:
-        """Let the next episode, and only that one, begin at `start` with `goal`."""
-        self._next_pair = (start, goal)
-
     def initialize_episode(self, physics: Physics) -> None:
         """Place robot and goal."""
-        self.start, goal = self._next_pair or self._rule.draw(self.rng, self._held_out)
-        self._next_pair = None
+        self.start, goal = self.next_pair or self._rule.draw(self.rng, self._held_out)
+        self.next_pair = None
         physics.set_pose(self.start)
         physics.set_goal(*goal)
         self.laser.begin_episode(physics)
@@ -123,7 +120,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
 
     def move_goal(self, physics: Physics, goal: tuple[float, float]) -> None:
         """Change the goal of the episode in progress; the next step's progress is measured towards it."""
-        physics.move_goal(*goal)
+        physics.set_goal(*goal)
         self.readings = physics.readings()
 
     # State ----------------------------------------------------------------------------------------------------------
@@ -132,7 +129,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         """Everything but physics and `rng` that the next steps depend on: plain values and arrays."""
         return {
             "start": list(self.start),
-            "next_pair": self._next_pair and [list(part) for part in self._next_pair],
+            "next_pair": self.next_pair and [list(part) for part in self.next_pair],
             "outcome": str(self.outcome),
             "reward_terms": dict(self.reward_terms),
             "steps": self._steps,
@@ -143,10 +140,8 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         """Restore what state() gave; `physics` has its own already."""
         self.readings = physics.readings()
         self.start = Pose(*state["start"])
-        self._next_pair = None
-        if state["next_pair"]:
-            start, goal = state["next_pair"]
-            self.set_next_pair(Pose(*start), (goal[0], goal[1]))
+        pair = state["next_pair"]
+        self.next_pair = (Pose(*pair[0]), (pair[1][0], pair[1][1])) if pair else None
         self.outcome = Outcome(state["outcome"])
         self.reward_terms = dict(state["reward_terms"])
         self._steps = state["steps"]

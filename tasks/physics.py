@@ -1,8 +1,8 @@
 """The one place that knows MuJoCo's indices: named readings of a scene, in SI units, as copies."""
 
 import math
+import zlib
 from collections.abc import Mapping
-from itertools import pairwise
 from typing import Any, NamedTuple, Self
 
 import mujoco
@@ -13,7 +13,6 @@ from dm_control import mujoco as dm_mujoco
 from tasks.constants import MAX_RANGE, MAX_SONAR_RANGE, MIN_RANGE, MIN_SONAR_RANGE, TRACK, TURN_RATE_LIMIT, WHEEL_RADIUS
 from tasks.errors import TaskError
 from tasks.graphics.rendering import OffscreenRenderer, Picture
-from tasks.scene.state_digest import state_digest
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -56,6 +55,11 @@ class Readings(NamedTuple):
     goal_distance: float
 
 
+def compute_digest(positions: bytes, velocities: bytes) -> int:
+    """CRC-32 of the bytes of qpos and qvel: it identifies a state to the last bit."""
+    return zlib.crc32(velocities, zlib.crc32(positions))
+
+
 class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no types
     """A scene with a Pioneer: commands in, readings out.
 
@@ -66,23 +70,19 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
     def _reload_from_data(self, data: object) -> None:
         super()._reload_from_data(data)
         model = self.model.ptr
-        geom = mujoco.mjtObj.mjOBJ_GEOM
-        self._base_body = self._find_id(mujoco.mjtObj.mjOBJ_BODY, "base")
-        self._goal_mocap = int(model.body_mocapid[self._find_id(mujoco.mjtObj.mjOBJ_BODY, "goal")])
-        joint = self._find_id(mujoco.mjtObj.mjOBJ_JOINT, "base")
-        self._base_qpos = int(model.jnt_qposadr[joint])
-        self._base_qvel = int(model.jnt_dofadr[joint])
-        self._wheels = [self._find_id(mujoco.mjtObj.mjOBJ_ACTUATOR, f"{side}_wheel") for side in ("left", "right")]
+        base = model.body("base").id
+        self._goal_mocap = int(model.body("goal").mocapid[0])
+        self._base_qpos, self._base_qvel = (
+            int(at[0]) for at in (model.joint("base").qposadr, model.joint("base").dofadr)
+        )
+        self._wheels = [int(model.actuator(f"{side}_wheel").id) for side in ("left", "right")]
         self._wheel_dofs = [int(model.joint(f"{side}_wheel").dofadr[0]) for side in ("left", "right")]
-        self._robot_bodies = set(np.flatnonzero(np.asarray(model.body_rootid) == self._base_body).tolist())
-        self._sensors = self._sensor_slices()
-        self._ranges, self._sonar_ranges = self._ring("range_"), self._ring("sonar_")
-        if not self.num_beams:
-            raise ValueError("the scene lacks rangefinder sensors range_00, range_01, …")
-        robot = np.asarray(model.body_rootid)[model.geom_bodyid] == self._base_body
+        self._robot_bodies = set(np.flatnonzero(np.asarray(model.body_rootid) == base).tolist())
+        self._ranges, self._sonar_ranges = self._find_ring("range_"), self._find_ring("sonar_")
+        robot = np.asarray(model.body_rootid)[model.geom_bodyid] == base
         movable = np.asarray(model.geom_group) == MOVABLE_GROUP
         obstacle = ~robot & ~movable
-        obstacle[self._find_id(geom, "floor")] = False
+        obstacle[model.geom("floor").id] = False
         kinds = _CRASH * np.outer(robot, obstacle) + _PUSH * np.outer(robot, movable & ~robot)
         # Nested lists, not an array: looking up three or four pairs is several times faster in plain Python.
         self._contact_kinds: list[list[int]] = (kinds + kinds.T).tolist()
@@ -94,25 +94,14 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         self.scan_delay = 0.0
         self._delayed: FloatArray | None = None
 
-    def _find_id(self, kind: mujoco.mjtObj, name: str) -> int:
-        index: int = mujoco.mj_name2id(self.model.ptr, kind, name)
-        if index < 0:
-            raise ValueError(f"the scene lacks the {kind.name[6:].lower()} {name!r} that every robot scene must have")
-        return index
-
-    def _sensor_slices(self) -> dict[str, slice]:
-        model = self.model.ptr
-        begins, sizes = model.sensor_adr.tolist(), model.sensor_dim.tolist()
-        return {
-            model.sensor(index).name: slice(begin, begin + size)
-            for index, (begin, size) in enumerate(zip(begins, sizes, strict=True))
-        }
-
-    def _ring(self, prefix: str) -> slice:
-        beams = [part for name, part in self._sensors.items() if name.startswith(prefix)]
-        if any(before.stop != after.start for before, after in pairwise(beams)):
+    def _find_ring(self, prefix: str) -> slice:
+        """Where the readings of the rangefinders of a name stand among those of all sensors."""
+        sensors = [self.model.ptr.sensor(index) for index in range(self.model.ptr.nsensor)]
+        places = [int(sensor.adr[0]) for sensor in sensors if sensor.name.startswith(prefix)]
+        begin = places[0] if places else 0
+        if places != list(range(begin, begin + len(places))):
             raise ValueError(f"the scene's rangefinders {prefix}00, {prefix}01, … must stand one after the other")
-        return slice(beams[0].start, beams[-1].stop) if beams else slice(0, 0)
+        return slice(begin, begin + len(places))
 
     @property
     def num_beams(self) -> int:
@@ -156,8 +145,8 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         self.scan_delay, self._delayed = state["scan_delay"], state["delayed_scan"]
 
     def state_digest(self) -> int:
-        """A number that identifies all positions and velocities to the last bit."""
-        return state_digest(self.data.ptr.qpos.tobytes(), self.data.ptr.qvel.tobytes())
+        """The present state's compute_digest()."""
+        return compute_digest(self.data.ptr.qpos.tobytes(), self.data.ptr.qvel.tobytes())
 
     def copy(self, share_model: bool = False) -> Self:
         """A copy in the same state, with the same model if `share_model`."""
@@ -196,13 +185,9 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         self.data.ptr.qpos[start : start + 7] = [pose.x, pose.y, 0.0, math.cos(half_yaw), 0.0, 0.0, math.sin(half_yaw)]
 
     def set_goal(self, x: float, y: float) -> None:
-        """Put the goal at (x, y), metres, world frame."""
+        """Put the goal at (x, y), metres, world frame; within an episode too, without any effect on the motion."""
         self.data.ptr.mocap_pos[self._goal_mocap] = [x, y, 0.0]
-
-    def move_goal(self, x: float, y: float) -> None:
-        """The same within an episode: the positions of all bodies are up to date at once, and no trajectory changes."""
-        self.set_goal(x, y)
-        mujoco.mj_kinematics(self.model.ptr, self.data.ptr)
+        mujoco.mj_kinematics(self.model.ptr, self.data.ptr)  # the positions of all bodies are up to date at once
 
     # Stepping -----------------------------------------------------------------------------------------------------
 
@@ -295,13 +280,15 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         Raises:
             TaskError: there is no sensor of that name.
         """
-        if name not in self._sensors:
-            raise TaskError(f"there is no sensor {name!r}; there are {', '.join(self._sensors)}")
+        model = self.model.ptr
+        names = [model.sensor(index).name for index in range(model.nsensor)]
+        if name not in names:
+            raise TaskError(f"there is no sensor {name!r}; there are {', '.join(names)}")
         if self._scratch is None:
-            self._scratch = mujoco.MjData(self.model.ptr)
-        mujoco.mj_copyData(self._scratch, self.model.ptr, self.data.ptr)
-        mujoco.mj_forward(self.model.ptr, self._scratch)
-        reading: FloatArray = self._scratch.sensordata[self._sensors[name]].copy()
+            self._scratch = mujoco.MjData(model)
+        mujoco.mj_copyData(self._scratch, model, self.data.ptr)
+        mujoco.mj_forward(model, self._scratch)
+        reading: FloatArray = self._scratch.sensor(name).data.copy()
         return reading
 
     def wheel_speeds(self) -> FloatArray:

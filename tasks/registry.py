@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
+from typing import TypeVar
 
 import mujoco
 import numpy as np
@@ -14,6 +15,8 @@ from tasks.rewards import REWARDS, Reward
 from tasks.room_geometry.held_out import held_out_goals
 from tasks.room_geometry.start_goal import FreeSpaceRule, OriginRule, PairRule
 from tasks.scene.loading import TASK_CAMERAS, open_scene, scene_path
+
+T = TypeVar("T")
 
 
 @dataclass(frozen=True)
@@ -60,13 +63,12 @@ def load(
     Raises:
         TaskError: no such task or reward, or its scene file is broken.
     """
-    definition = find_definition(task_name)
     config = config or NavigationConfig()
-    reward = reward or definition.reward
+    reward = reward or _find(DEFINITIONS, "task", task_name).reward
     physics = open_scene(scene_path(task_name), TASK_CAMERAS, config.laser.num_beams)
     task = Navigation(
         config,
-        find_reward(reward) if isinstance(reward, str) else reward,
+        _find(REWARDS, "reward", reward) if isinstance(reward, str) else reward,
         np.random.default_rng(random),
         held_out_goals(task_name),
         make_rule(task_name, physics.model.ptr),
@@ -77,20 +79,12 @@ def load(
 def make_rule(task_name: str, model: mujoco.MjModel) -> PairRule:
     """The rule of a task's starts and goals in its compiled scene; TaskError where the scene leaves none."""
     try:
-        return find_definition(task_name).rule(model)
+        return _find(DEFINITIONS, "task", task_name).rule(model)
     except TaskError as error:
         raise TaskError(f"the scene {scene_path(task_name)} gives no starts and goals: {error}") from error
 
 
-def find_definition(task_name: str) -> TaskDefinition:
-    """The definition of a task; TaskError where there is no task of that name."""
-    if task_name not in DEFINITIONS:
-        raise TaskError(f"there is no task {task_name!r}; there are {', '.join(ALL_TASKS)}")
-    return DEFINITIONS[task_name]
-
-
-def find_reward(name: str) -> Reward:
-    """The reward of a name; TaskError where there is none."""
-    if name not in REWARDS:
-        raise TaskError(f"there is no reward {name!r}; there are {', '.join(REWARDS)}")
-    return REWARDS[name]
+def _find(table: Mapping[str, T], kind: str, name: str) -> T:
+    if name not in table:
+        raise TaskError(f"there is no {kind} {name!r}; there are {', '.join(table)}")
+    return table[name]

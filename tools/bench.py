@@ -35,7 +35,7 @@ from asddpg.episodes.loop import run_episode
 from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
-from tasks.constants import CONTROL_TIMESTEP, TRACK, WHEEL_RADIUS
+from tasks.constants import CONTROL_TIMESTEP
 from tasks.options import argument, some_of
 from tools.benchmarks import checkpoints, physics, recording, rendering
 
@@ -46,16 +46,15 @@ def environment() -> None:
     """Print the cost of a Gymnasium step as a multiple of the raw loop's."""
     env = gymnasium.make(tasks.gymnasium_id("nav_complex"))
     env.reset(seed=0)
-    physics = env.get_wrapper_attr("physics")
-    substeps = round(CONTROL_TIMESTEP / physics.timestep())
-    rng = np.random.default_rng(0)
-    commands = rng.uniform([0.0, -1.0], [0.5, 1.0], (200, 2))
+    scene = env.get_wrapper_attr("physics")
+    substeps = round(CONTROL_TIMESTEP / scene.timestep())
+    commands = np.random.default_rng(0).uniform([0.0, -1.0], [0.5, 1.0], (200, 2))
     ratios, ours, raws = [], [], []
     for _ in range(ROUNDS):
-        raws.append(_raw_loop(physics.model.ptr, commands, substeps))
+        raws.append(_raw_loop(scene.model.ptr, commands, substeps))
         ours.append(_gymnasium_loop(env, commands))
         ratios.append(ours[-1] / raws[-1])
-    print(f"physics step {physics.timestep() * 1e3:g} ms, {substeps} a control step, {physics.num_beams} beams")
+    print(f"physics step {scene.timestep() * 1e3:g} ms, {substeps} a control step, {scene.num_beams} beams")
     print(f"raw loop {np.median(raws) * 1e6:.0f} us, through Gymnasium {np.median(ours) * 1e6:.0f} us a control step")
     print(f"ratio {np.median(ratios):.3f} (bar: at most 1.2; rounds {np.min(ratios):.3f} to {np.max(ratios):.3f})")
 
@@ -65,19 +64,14 @@ _STRETCH = 10
 
 
 def _raw_loop(model: mujoco.MjModel, commands: Any, substeps: int) -> float:
-    data = mujoco.MjData(model)
-    no_sensors = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
-    flags = model.opt.disableflags
-    seconds = 0.0
-    for index, (linear, angular) in enumerate(commands):
+    data, flags, seconds = mujoco.MjData(model), model.opt.disableflags, 0.0
+    for index, command in enumerate(commands):
         if index % _STRETCH == 0:
             mujoco.mj_resetData(model, data)
             mujoco.mj_forward(model, data)
-        half_turn = 0.5 * TRACK * angular
         begun = time.perf_counter()
-        data.ctrl[0] = (linear - half_turn) / WHEEL_RADIUS
-        data.ctrl[1] = (linear + half_turn) / WHEEL_RADIUS
-        model.opt.disableflags = flags | no_sensors
+        physics.set_command(data, *command)
+        model.opt.disableflags = flags | physics.NO_SENSORS
         mujoco.mj_step(model, data, substeps - 1)
         model.opt.disableflags = flags
         mujoco.mj_step(model, data, 1)
@@ -106,7 +100,7 @@ def training(steps: int = 1500) -> None:
     loops: dict[str, Callable[[int], None]] = {
         "AsDDPG": _ours(config),
         "DDPG": _ours(train_config([*alike, "agent=ddpg"])),
-        "SB3 DDPG": _unflushed(_stable_baselines(config, share_convolutions=False)),
+        "SB3 DDPG": _stable_baselines(config, share_convolutions=False, is_flushed=False),
         "SB3 DDPG, flushed": _stable_baselines(config, share_convolutions=False),
         "SB3 DDPG, flushed, one front": _stable_baselines(config, share_convolutions=True),
         "AsDDPG by default": _ours(train_config(alike[:-1])),
@@ -128,17 +122,6 @@ def training(steps: int = 1500) -> None:
         print(f"AsDDPG / {name}: {ratio:.2f} (bar: at least 1.2)")
 
 
-def _unflushed(loop: Callable[[int], None]) -> Callable[[int], None]:
-    """The loop as its library leaves the processor: with denormal numbers."""
-
-    def unflushed(steps: int) -> None:
-        torch.set_flush_denormal(False)
-        loop(steps)
-        torch.set_flush_denormal(True)
-
-    return unflushed
-
-
 def _ours(config: TrainConfig) -> Callable[[int], None]:
     env = make_environment(config.task, config.reward)
     agent = make_agent(config, env)
@@ -152,7 +135,7 @@ def _ours(config: TrainConfig) -> Callable[[int], None]:
     return loop
 
 
-def _stable_baselines(config: TrainConfig, share_convolutions: bool) -> Callable[[int], None]:
+def _stable_baselines(config: TrainConfig, share_convolutions: bool, is_flushed: bool = True) -> Callable[[int], None]:
     from stable_baselines3 import DDPG
     from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 
@@ -186,7 +169,9 @@ def _stable_baselines(config: TrainConfig, share_convolutions: bool) -> Callable
     )
 
     def loop(steps: int) -> None:
+        torch.set_flush_denormal(is_flushed)  # the library leaves the processor with denormal numbers
         model.learn(steps, reset_num_timesteps=False)
+        torch.set_flush_denormal(True)
 
     return loop
 

@@ -1,6 +1,5 @@
 """Check the format of everything under models/mjcf: `python -m tools.check_models`."""
 
-import itertools
 import re
 import sys
 import xml.etree.ElementTree as ET
@@ -20,6 +19,7 @@ SCENES = ("nav_*.xml", "scene.xml")
 NAMED = ("body", "geom", "joint", "site", "sensor", "camera", "light", "actuator")
 
 _PICTURE = re.compile(r"!\[[^\]]*\]\(([^)\s]+)\)")
+_SOURCE_COLUMN = re.compile(r"^.*\|\s*source\s*\|.*\n\s*\|[ :|-]+\|\s*$", re.MULTILINE)
 _KNOWN_DIFFERENCES = re.compile(r"^(#+ |\*\*)Known differences", re.MULTILINE)
 
 
@@ -102,9 +102,8 @@ def scene_faults(path: Path) -> list[Fault]:
 
 
 def _nameless(model: mujoco.MjModel, kind: str) -> list[int]:
-    object_type = getattr(mujoco.mjtObj, f"mjOBJ_{kind.upper()}")
-    count = {"joint": "njnt", "camera": "ncam", "actuator": "nu"}.get(kind, f"n{kind}")
-    return [index for index in range(getattr(model, count)) if not mujoco.mj_id2name(model, object_type, index)]
+    count = getattr(model, {"joint": "njnt", "camera": "ncam", "actuator": "nu"}.get(kind, f"n{kind}"))
+    return [index for index in range(count) if not getattr(model, kind)(index).name]
 
 
 def folder_faults(folder: Path) -> list[Fault]:
@@ -114,7 +113,7 @@ def folder_faults(folder: Path) -> list[Fault]:
         return [Fault(readme, 1, "a folder with XML files needs a README.md")]
     text = readme.read_text(encoding="utf-8")
     found = list(_picture_faults(readme, text))
-    if not _has_source_column(text):
+    if not _SOURCE_COLUMN.search(text):
         found.append(Fault(readme, 1, "there is no table with a column `source`"))
     if not _KNOWN_DIFFERENCES.search(text):
         found.append(Fault(readme, 1, "there is no section or bold lead 'Known differences'"))
@@ -131,15 +130,6 @@ def _picture_faults(readme: Path, text: str) -> Iterator[Fault]:
         for target in _PICTURE.findall(line):
             if "://" not in target and not (readme.parent / target).is_file():
                 yield Fault(readme, number, f"the picture {target} does not exist")
-
-
-def _has_source_column(text: str) -> bool:
-    """Whether a table's head has a cell `source`."""
-    lines = text.splitlines()
-    return any(
-        "source" in [cell.strip() for cell in head.split("|")] and re.fullmatch(r"\|[\s:|-]+\|", rule.strip())
-        for head, rule in itertools.pairwise(lines)
-    )
 
 
 def main(arguments: Sequence[str]) -> None:

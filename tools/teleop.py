@@ -6,7 +6,6 @@ A scene without the robot is opened too, to be looked at.
 import queue
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import mujoco
 import numpy as np
@@ -16,14 +15,14 @@ from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
 from tasks.options import argument
-from tasks.physics import Physics
+from tasks.physics import Physics, Velocity
 from tasks.registry import make_rule
 from tasks.room_geometry.start_goal import PairRule
 from tasks.scene.checks import find_missing_elements
 from tasks.scene.loading import load_model, robot_physics
-from tools.robot.pacing import RealTimeClock
+from tools.robot.pacing import wait_for_frames
 from tools.robot.scene_argument import SCENE, scene_file
-from tools.robot.teleop_keys import BACKSPACE, HELP, Teleop
+from tools.robot.teleop_keys import BACKSPACE, HELP, next_command
 from tools.robot.viewer import check_screen, open_viewer
 
 FRAME = 0.02  # s between two pictures; the command may change with each
@@ -37,21 +36,25 @@ class TeleopArguments:
 
 
 class TeleopSession:
-    """The robot in a scene, driven by keys."""
+    """The robot in a scene, driven by keys.
+
+    Attributes:
+        frame: seconds of a frame of advance().
+        command: forward speed and turn rate that the wheels are to reach.
+    """
 
     def __init__(self, physics: Physics, rule: PairRule | None = None) -> None:
         """Begin at the start; with a rule each reset draws start and goal by it."""
         self.physics = physics
-        self.teleop = Teleop()
         self._rng = np.random.default_rng()
         self._rule = rule
         self._steps = max(1, round(FRAME / physics.timestep()))
-        self.frame = self._steps * physics.timestep()  # s
+        self.frame = self._steps * physics.timestep()
         self.reset()
 
     def reset(self) -> None:
         """Return to the start, which is the first keyframe where there is one."""
-        self.teleop.press(BACKSPACE)
+        self.command = Velocity(0.0, 0.0)
         physics = self.physics
         physics.reset(keyframe_id=0 if physics.model.ptr.nkey else None)
         if self._rule is not None:
@@ -62,22 +65,22 @@ class TeleopSession:
 
     def press(self, key: int) -> None:
         """Handle a key, GLFW's code."""
-        self.teleop.press(key)
+        self.command = next_command(self.command, key)
         if key == BACKSPACE:
             self.reset()
 
     def advance(self, frames: int = 1) -> None:
         """Simulate some frames at the present command."""
-        self.physics.set_velocity_command(*self.teleop.command)
+        self.physics.set_velocity_command(*self.command)
         self.physics.step(frames * self._steps)
 
     def status(self) -> dict[str, str]:
         """Velocities, commands, distance and contacts as text, by name."""
-        command, velocity = self.teleop.command, self.physics.velocity()
+        command, readings = self.command, self.physics.readings()
         return {
-            "v": f"{velocity.linear:+.2f} m/s, command {command.linear:+.2f}",
-            "omega": f"{velocity.angular:+.2f} rad/s, command {command.angular:+.2f}",
-            "to the goal": f"{self.physics.goal_distance():.2f} m",
+            "v": f"{readings.velocity.linear:+.2f} m/s, command {command.linear:+.2f}",
+            "omega": f"{readings.velocity.angular:+.2f} rad/s, command {command.angular:+.2f}",
+            "to the goal": f"{readings.goal_distance:.2f} m",
             "crashed": "yes" if self.physics.crashed() else "no",
             "pushed": f"{self.physics.num_pushed()} things",
         }
@@ -88,37 +91,31 @@ def drive(driven: TeleopSession) -> None:
     keys: queue.SimpleQueue[int] = queue.SimpleQueue()
     data = driven.physics.data.ptr
     with open_viewer(driven.physics.model.ptr, data, keys.put) as viewer:
-        clock = RealTimeClock(driven.frame)
-        while viewer.is_running():
-            frames = clock.wait_frames()
+        for frames in wait_for_frames(driven.frame):
             with viewer.lock():
                 while not keys.empty():
                     driven.press(keys.get())
                 driven.advance(frames)
-            show(viewer, driven.status())
-            now = data.time
+            status, now = driven.status(), data.time
+            corner = mujoco.mjtGridPos.mjGRID_BOTTOMLEFT
+            viewer.set_texts((None, corner, "\n".join(status), "\n".join(status.values())))
             viewer.sync()
             if data.time < now:  # the viewer's own reset button
                 driven.reset()
+            if not viewer.is_running():
+                return
 
 
 def look(model: mujoco.MjModel) -> None:
     """The viewer without teleop, until its window is closed."""
     data = mujoco.MjData(model)
     with open_viewer(model, data, lambda _: None) as viewer:
-        clock = RealTimeClock(FRAME)
-        while viewer.is_running():
-            end = data.time + clock.wait_frames() * FRAME
+        for frames in wait_for_frames(FRAME):
             with viewer.lock():
-                while data.time < end:
-                    mujoco.mj_step(model, data)
+                mujoco.mj_step(model, data, max(1, round(frames * FRAME / model.opt.timestep)))
             viewer.sync()
-
-
-def show(viewer: Any, status: dict[str, str]) -> None:
-    """Write the status into the corner of the picture."""
-    corner = mujoco.mjtGridPos.mjGRID_BOTTOMLEFT
-    viewer.set_texts((None, corner, "\n".join(status), "\n".join(status.values())))
+            if not viewer.is_running():
+                return
 
 
 def main(arguments: Sequence[str]) -> None:

@@ -128,7 +128,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         except (KeyError, TypeError, ValueError) as error:
             valid = f"goal (x, y) and, if not at the origin, start (x, y, yaw), all below {GOAL_BOUND / 2:g}"
             raise TaskError(f"reset options are {valid}, not {options}") from error
-        self._task.set_next_pair(Pose(x, y, yaw), (goal_x, goal_y))
+        self._task.next_pair = Pose(x, y, yaw), (goal_x, goal_y)
 
     def step(self, action: FloatArray) -> tuple[Float32Array, float, bool, bool, dict[str, Any]]:
         """Drive for one control step; `action` (2,) in [−1, 1]."""
@@ -187,15 +187,6 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         """For pickle and copy.deepcopy: a copy opens a renderer of its own when it first draws."""
         _ = self.np_random  # Gymnasium seeds it when first read: the copy must not seed itself otherwise
         return self.__dict__ | {"_renderer": None}
-
-    def random_state(self) -> dict[str, Any]:
-        """State of the randomness that episodes to come depend on: of starts and goals, and of the laser."""
-        return {"pairs": self.np_random.bit_generator.state, "laser": self._task.laser.rng.bit_generator.state}
-
-    def set_random_state(self, state: dict[str, Any]) -> None:
-        """Take up what random_state() gave; the environment must have been reset before."""
-        self.np_random.bit_generator.state = state["pairs"]
-        self._task.laser.rng.bit_generator.state = state["laser"]
 
     def set_goal(self, x: float, y: float) -> Float32Array:
         """Give the episode in progress another goal, metres, world frame.

@@ -11,12 +11,16 @@ from tasks.physics import FloatArray, Pose
 from tasks.room_geometry.footprints import Footprint
 from tasks.room_geometry.free_space import free_space
 from tasks.room_geometry.obstacles import Obstacles
-from tasks.room_geometry.paper_goals import HELD_OUT_MARGIN, draw_goal
+
+HALF_ROOM = 4.0  # m; the paper's rooms are 8 x 8 m inside
+WALL_MARGIN = 0.3  # m between goal and outer wall; released code
+CENTRE_HALF_SIZE = 2.0  # m; no goal in |x| < 2 and |y| < 2 together; released code
+OBSTACLE_MARGIN = 0.25  # m between goal and obstacles; released code
 
 MARGIN = 0.02  # m around the robot's turning circle: a turn on the spot drifts by a centimetre
-
 DEFAULT_MIN_PATH = 1.0  # m; well beyond the goal's radius, so that no episode ends at its start
 
+HELD_OUT_MARGIN = 0.1  # m between a drawn goal and the goals of the stored evaluation sets
 _MAX_DRAWS = 10_000
 
 
@@ -35,18 +39,30 @@ class PairRule(Protocol):
         """
 
 
+def _is_held_out(goal: FloatArray | tuple[float, float], held_out: FloatArray) -> bool:
+    return bool(len(held_out)) and bool(np.min(np.sum((held_out - goal) ** 2, axis=1)) <= HELD_OUT_MARGIN**2)
+
+
 class OriginRule:
     """The paper's rule: from the origin, looking along x, to a goal of the released code's rule."""
 
     def __init__(self, model: mujoco.MjModel) -> None:
         """Prepare a room; TaskError where it leaves no free place for a goal."""
         self._obstacles = Obstacles.from_model(model)
-        draw_goal(np.random.default_rng(0), self._obstacles, np.zeros((0, 2)))
+        self.draw(np.random.default_rng(0), np.zeros((0, 2)))
 
     def draw(self, rng: np.random.Generator, held_out: FloatArray) -> tuple[Pose, tuple[float, float]]:
-        """Draw a goal; the start is always the origin."""
-        x, y = draw_goal(rng, self._obstacles, held_out).tolist()
-        return Pose(0.0, 0.0, 0.0), (x, y)
+        """Draw a goal uniformly from those that the rule allows; the start is always the origin."""
+        reach = HALF_ROOM - WALL_MARGIN
+        for _ in range(_MAX_DRAWS):
+            goal = rng.uniform(-reach, reach, size=2)
+            in_centre = bool(np.all(np.abs(goal) < CENTRE_HALF_SIZE))
+            if in_centre or _is_held_out(goal, held_out):
+                continue
+            if self._obstacles.clearance(goal) >= OBSTACLE_MARGIN:
+                x, y = goal.tolist()
+                return Pose(0.0, 0.0, 0.0), (x, y)
+        raise TaskError(f"{_MAX_DRAWS} draws found no goal: the room leaves no free place for one by the paper's rule")
 
 
 class FreeSpaceRule:
@@ -87,7 +103,7 @@ class FreeSpaceRule:
         for _ in range(_MAX_DRAWS):
             start = int(self._starts[rng.integers(len(self._starts))])
             goal = free.draw_place(free.goal_cell(start, int(rng.integers(self._first[start], self._last[start]))), rng)
-            if not len(held_out) or np.min(np.sum((held_out - goal) ** 2, axis=1)) > HELD_OUT_MARGIN**2:
+            if not _is_held_out(goal, held_out):
                 return Pose(*free.draw_place(start, rng), rng.uniform(-pi, pi)), goal
         raise TaskError(
             f"none of {_MAX_DRAWS} goals drawn lies farther than {HELD_OUT_MARGIN} m from every held-out goal"

@@ -1,6 +1,7 @@
 """Faults of a compiled scene: invalid numbers, and missing elements that every scene with the robot must have."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -20,6 +21,7 @@ _FINITE = {
 }
 _PREFIXES = {"joint": "jnt", "camera": "cam"}
 _WHEELS = ("left_wheel", "right_wheel")
+_BEAMS = "rangefinder sensors range_00, range_01, …"
 
 
 def find_invalid_number(model: mujoco.MjModel) -> str | None:
@@ -57,38 +59,28 @@ def find_missing_elements(model: mujoco.MjModel, cameras: Sequence[str] = ()) ->
         model: the compiled scene.
         cameras: names of the cameras it must have.
     """
-    required = [
-        ("body 'base'", _has(model, mujoco.mjtObj.mjOBJ_BODY, "base")),
-        ("free joint 'base' of the body 'base'", _base_is_free(model)),
-        *((f"joint {name!r}", _has(model, mujoco.mjtObj.mjOBJ_JOINT, name)) for name in _WHEELS),
-        *((f"actuator {name!r}", _has(model, mujoco.mjtObj.mjOBJ_ACTUATOR, name)) for name in _WHEELS),
-        ("rangefinder sensors range_00, range_01, …", _has_beams(model)),
-        ("mocap body 'goal'", _goal_is_mocap(model)),
-        ("geom 'floor'", _has(model, mujoco.mjtObj.mjOBJ_GEOM, "floor")),
-        *((f"camera {name!r}", _has(model, mujoco.mjtObj.mjOBJ_CAMERA, name)) for name in cameras),
-    ]
-    return [element for element, is_present in required if not is_present]
-
-
-def _has(model: mujoco.MjModel, kind: mujoco.mjtObj, name: str) -> bool:
-    return bool(mujoco.mj_name2id(model, kind, name) >= 0)
-
-
-def _base_is_free(model: mujoco.MjModel) -> bool:
-    joint = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, "base")
-    body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "base")
-    free = joint >= 0 and model.jnt_type[joint] == mujoco.mjtJoint.mjJNT_FREE
-    return bool(free and model.jnt_bodyid[joint] == body)
-
-
-def _goal_is_mocap(model: mujoco.MjModel) -> bool:
-    body = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_BODY, "goal")
-    return bool(body >= 0 and model.body_mocapid[body] >= 0)
-
-
-def _has_beams(model: mujoco.MjModel) -> bool:
+    joint, goal = _find(model, "joint", "base"), _find(model, "body", "goal")
+    is_free = joint and joint.type[0] == mujoco.mjtJoint.mjJNT_FREE and model.body(joint.bodyid[0]).name == "base"
     rangefinders = np.flatnonzero(model.sensor_type == mujoco.mjtSensor.mjSENS_RANGEFINDER)
-    return any(str(model.sensor(index).name).startswith("range_") for index in rangefinders)
+    found = {
+        "body 'base'": _find(model, "body", "base"),
+        "free joint 'base' of the body 'base'": is_free,
+        **{f"joint {name!r}": _find(model, "joint", name) for name in _WHEELS},
+        **{f"actuator {name!r}": _find(model, "actuator", name) for name in _WHEELS},
+        _BEAMS: any(model.sensor(index).name.startswith("range_") for index in rangefinders),
+        "mocap body 'goal'": goal and goal.mocapid[0] >= 0,
+        "geom 'floor'": _find(model, "geom", "floor"),
+        **{f"camera {name!r}": _find(model, "camera", name) for name in cameras},
+    }
+    return [element for element, is_present in found.items() if not is_present]
+
+
+def _find(model: mujoco.MjModel, kind: str, name: str) -> Any:
+    """The named element; None where there is none."""
+    try:
+        return getattr(model, kind)(name)
+    except KeyError:
+        return None
 
 
 def _name(model: mujoco.MjModel, kind: str, row: int) -> str:

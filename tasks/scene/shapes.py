@@ -1,8 +1,9 @@
 """The visible geoms and sites of a compiled scene, as plain shapes in the frames of their bodies."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -66,126 +67,79 @@ def moves(model: mujoco.MjModel, body: int) -> bool:
 
 def scene_parts(model: mujoco.MjModel) -> list[Part]:
     """Every visible geom and site of a scene; a capsule is three parts."""
-    at_rest = mujoco.MjData(model)
-    mujoco.mj_kinematics(model, at_rest)
-    scene = _Scene(model, at_rest)
-    return [*scene.geoms(), *scene.sites()]
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    elements = [(model.geom(index), data.geom(index)) for index in range(model.ngeom)]
+    elements += [(model.site(index), data.site(index)) for index in range(model.nsite)]
+    return [
+        part
+        for element, at_rest in elements
+        if element.group[0] < VISIBLE_GROUPS and (rgba := _colour(model, element))[3] > 0
+        for part in _shaped(model, data, element, _placed(model, element, at_rest, rgba))
+    ]
 
 
-@dataclass(frozen=True)
-class _Scene:
-    model: mujoco.MjModel
-    data: mujoco.MjData
+def _placed(model: mujoco.MjModel, element: Any, at_rest: Any, rgba: FloatArray) -> Part:
+    """A box around a geom or site, where it is."""
+    body, size = int(element.bodyid[0]), 2 * np.array(element.size)
+    owner = body_name(model, body)
+    if moves(model, body):
+        return Part(owner, owner, Shape.BOX, np.array(element.pos), np.array(element.quat), size, rgba)
+    quaternion = np.empty(4)
+    mujoco.mju_mat2Quat(quaternion, at_rest.xmat)
+    return Part(owner, WORLD, Shape.BOX, np.array(at_rest.xpos), quaternion, size, rgba)
 
-    def geoms(self) -> Iterator[Part]:
-        model = self.model
-        for geom in range(model.ngeom):
-            rgba = self._colour(model.geom_rgba[geom], int(model.geom_matid[geom]))
-            if model.geom_group[geom] < VISIBLE_GROUPS and rgba[3] > 0:
-                placed = self._placed(
-                    int(model.geom_bodyid[geom]),
-                    (model.geom_pos[geom], model.geom_quat[geom]),
-                    (self.data.geom_xpos[geom], self.data.geom_xmat[geom]),
-                )
-                yield from self._shaped(
-                    placed, int(model.geom_type[geom]), model.geom_size[geom], rgba, int(model.geom_dataid[geom])
-                )
 
-    def sites(self) -> Iterator[Part]:
-        model = self.model
-        for site in range(model.nsite):
-            rgba = self._colour(model.site_rgba[site], int(model.site_matid[site]))
-            if model.site_group[site] < VISIBLE_GROUPS and rgba[3] > 0:
-                placed = self._placed(
-                    int(model.site_bodyid[site]),
-                    (model.site_pos[site], model.site_quat[site]),
-                    (self.data.site_xpos[site], self.data.site_xmat[site]),
-                )
-                yield from self._shaped(placed, int(model.site_type[site]), model.site_size[site], rgba, -1)
+def _shaped(model: mujoco.MjModel, data: mujoco.MjData, element: Any, box: Part) -> Iterator[Part]:
+    """The box replaced by the shape of the geom or site."""
+    width, length, _ = box.size
+    ball = replace(box, shape=Shape.ELLIPSOID, size=np.full(3, width))
+    cylinder = replace(box, shape=Shape.CYLINDER, size=np.array([width, width, length]))
+    match mujoco.mjtGeom(int(element.type[0])):
+        case mujoco.mjtGeom.mjGEOM_BOX:
+            yield box
+        case mujoco.mjtGeom.mjGEOM_SPHERE:
+            yield ball
+        case mujoco.mjtGeom.mjGEOM_ELLIPSOID:
+            yield replace(box, shape=Shape.ELLIPSOID)
+        case mujoco.mjtGeom.mjGEOM_CYLINDER:
+            yield cylinder
+        case mujoco.mjtGeom.mjGEOM_CAPSULE:
+            yield from (cylinder, _raised(ball, -length / 2), _raised(ball, length / 2))
+        case mujoco.mjtGeom.mjGEOM_PLANE:
+            extents = np.array([width or _reach(model, data), length or _reach(model, data), _PLANE_THICKNESS])
+            yield _raised(replace(box, size=extents), -_PLANE_THICKNESS / 2)
+        case mujoco.mjtGeom.mjGEOM_MESH:
+            mesh = model.mesh(int(element.dataid[0]))
+            faces = model.mesh_face[mesh.faceadr[0] : mesh.faceadr[0] + mesh.facenum[0]]
+            vertices = model.mesh_vert[mesh.vertadr[0] : mesh.vertadr[0] + mesh.vertnum[0]]
+            yield replace(box, shape=Shape.MESH, size=np.ones(3), vertices=np.array(vertices), faces=np.array(faces))
 
-    def _placed(
-        self, body: int, in_body: tuple[FloatArray, FloatArray], in_world: tuple[FloatArray, FloatArray]
-    ) -> "_Pose":
-        owner = body_name(self.model, body)
-        if moves(self.model, body):
-            return _Pose(owner, owner, *(np.array(value) for value in in_body))
-        quaternion = np.empty(4)
-        mujoco.mju_mat2Quat(quaternion, in_world[1])
-        return _Pose(owner, WORLD, np.array(in_world[0]), quaternion)
 
-    def _shaped(self, place: "_Pose", kind: int, size: FloatArray, rgba: FloatArray, data_id: int) -> Iterator[Part]:
-        radius, second, _ = (float(value) for value in size)
-        match mujoco.mjtGeom(kind):
-            case mujoco.mjtGeom.mjGEOM_BOX:
-                yield place.part(Shape.BOX, 2 * np.array(size), rgba)
-            case mujoco.mjtGeom.mjGEOM_SPHERE:
-                yield place.part(Shape.ELLIPSOID, np.full(3, 2 * radius), rgba)
-            case mujoco.mjtGeom.mjGEOM_ELLIPSOID:
-                yield place.part(Shape.ELLIPSOID, 2 * np.array(size), rgba)
-            case mujoco.mjtGeom.mjGEOM_CYLINDER:
-                yield place.part(Shape.CYLINDER, 2 * np.array([radius, radius, second]), rgba)
-            case mujoco.mjtGeom.mjGEOM_CAPSULE:
-                yield place.part(Shape.CYLINDER, 2 * np.array([radius, radius, second]), rgba)
-                for end in (-second, second):
-                    yield place.moved(np.array([0, 0, end])).part(Shape.ELLIPSOID, np.full(3, 2 * radius), rgba)
-            case mujoco.mjtGeom.mjGEOM_PLANE:
-                extents = np.array([2 * radius or self._reach(), 2 * second or self._reach(), _PLANE_THICKNESS])
-                yield place.moved(np.array([0, 0, -0.5 * _PLANE_THICKNESS])).part(Shape.BOX, extents, rgba)
-            case mujoco.mjtGeom.mjGEOM_MESH:
-                vertices, faces = self._mesh(data_id)
-                yield place.part(Shape.MESH, np.ones(3), rgba, vertices, faces)
+def _raised(part: Part, height: float) -> Part:
+    """The part moved along its own z axis, metres."""
+    offset = np.empty(3)
+    mujoco.mju_rotVecQuat(offset, np.array([0.0, 0.0, height]), part.quaternion)
+    return replace(part, position=part.position + offset)
 
-    def _mesh(self, mesh: int) -> tuple[npt.NDArray[np.float32], npt.NDArray[np.int32]]:
-        model = self.model
-        vertex, face = int(model.mesh_vertadr[mesh]), int(model.mesh_faceadr[mesh])
-        vertices = model.mesh_vert[vertex : vertex + int(model.mesh_vertnum[mesh])]
-        return np.array(vertices), np.array(model.mesh_face[face : face + int(model.mesh_facenum[mesh])])
 
-    def _reach(self) -> float:
-        """Side of a square that holds every finite geom, metres."""
-        finite = self.model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE
-        reach = np.abs(self.data.geom_xpos[finite, :2]).max(axis=1) + self.model.geom_rbound[finite]
-        return 2 * (float(reach.max(initial=1.0)) + _PLANE_MARGIN)
+def _reach(model: mujoco.MjModel, data: mujoco.MjData) -> float:
+    """Side of a square that holds every finite geom, metres."""
+    finite = model.geom_type != mujoco.mjtGeom.mjGEOM_PLANE
+    reach = np.abs(data.geom_xpos[finite, :2]).max(axis=1) + model.geom_rbound[finite]
+    return 2 * (float(reach.max(initial=1.0)) + _PLANE_MARGIN)
 
-    def _colour(self, own: npt.NDArray[np.float32], material: int) -> FloatArray:
-        """Colour of a geom or site: its own, or else its material's times the texture's mean."""
-        if material < 0 or not np.array_equal(own, _DEFAULT_COLOUR):
-            return np.array(own, dtype=np.float64)
-        rgba = np.array(self.model.mat_rgba[material], dtype=np.float64)
-        texture = int(self.model.mat_texid[material, int(mujoco.mjtTextureRole.mjTEXROLE_RGB)])
-        if texture >= 0:
-            rgba[:3] *= self._mean_of_texture(texture)
-        return rgba
 
-    def _mean_of_texture(self, texture: int) -> FloatArray:
-        model = self.model
-        channels = int(model.tex_nchannel[texture])
-        start = int(model.tex_adr[texture])
+def _colour(model: mujoco.MjModel, element: Any) -> FloatArray:
+    """Colour of a geom or site: its own, or else its material's times the texture's mean."""
+    material = int(element.matid[0])
+    if material < 0 or not np.array_equal(element.rgba, _DEFAULT_COLOUR):
+        return np.array(element.rgba, dtype=np.float64)
+    rgba = np.array(model.mat_rgba[material], dtype=np.float64)
+    texture = int(model.mat_texid[material, int(mujoco.mjtTextureRole.mjTEXROLE_RGB)])
+    if texture >= 0:
+        channels, start = int(model.tex_nchannel[texture]), int(model.tex_adr[texture])
         count = int(model.tex_height[texture]) * int(model.tex_width[texture]) * channels
         pixels = np.asarray(model.tex_data[start : start + count]).reshape(-1, channels)
-        mean: FloatArray = pixels.mean(axis=0)[[0, 0, 0] if channels < 3 else [0, 1, 2]] / 255
-        return mean
-
-
-@dataclass(frozen=True)
-class _Pose:
-    owner: str
-    frame: str
-    position: FloatArray
-    quaternion: FloatArray
-
-    def moved(self, offset: FloatArray) -> "_Pose":
-        """The pose moved along its own axes, metres."""
-        turned = np.empty(3)
-        mujoco.mju_rotVecQuat(turned, offset.astype(np.float64), self.quaternion)
-        return _Pose(self.owner, self.frame, self.position + turned, self.quaternion)
-
-    def part(
-        self,
-        shape: Shape,
-        size: FloatArray,
-        rgba: FloatArray,
-        vertices: npt.NDArray[np.float32] | None = None,
-        faces: npt.NDArray[np.int32] | None = None,
-    ) -> Part:
-        return Part(self.owner, self.frame, shape, self.position, self.quaternion, size, rgba, vertices, faces)
+        rgba[:3] *= pixels.mean(axis=0)[[0, 0, 0] if channels < 3 else [0, 1, 2]] / 255
+    return rgba

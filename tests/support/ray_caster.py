@@ -55,18 +55,11 @@ def _cylinder(start: F64, along: F64, size: F64) -> F64:
     return found
 
 
-def _sphere(start: F64, along: F64, size: F64) -> F64:
-    found = np.full(len(along), np.inf)
-    for t in _roots(np.ones(len(along)), along @ start, start @ start - size[0] ** 2):
-        found = np.where(t >= 0, np.minimum(found, t), found)
-    return found
-
-
 def _ellipsoid(start: F64, along: F64, size: F64) -> F64:
-    """A sphere in a scaled space."""
-    scaled = along / size
-    speed = np.linalg.norm(scaled, axis=1)
-    found: F64 = _sphere(start / size, scaled / speed[:, None], np.ones(3)) / speed
+    start, along = start / size, along / size  # a sphere of radius 1 in a scaled space
+    found = np.full(len(along), np.inf)
+    for t in _roots(np.sum(along**2, axis=1), along @ start, float(start @ start) - 1.0):
+        found = np.where(t >= 0, np.minimum(found, t), found)
     return found
 
 
@@ -87,7 +80,7 @@ def _roots(a: F64, half_b: F64, c: float) -> tuple[F64, F64]:
 _CASTERS = {
     mujoco.mjtGeom.mjGEOM_BOX: _box,
     mujoco.mjtGeom.mjGEOM_CYLINDER: _cylinder,
-    mujoco.mjtGeom.mjGEOM_SPHERE: _sphere,
+    mujoco.mjtGeom.mjGEOM_SPHERE: lambda start, along, size: _ellipsoid(start, along, size[[0, 0, 0]]),
     mujoco.mjtGeom.mjGEOM_ELLIPSOID: _ellipsoid,
     mujoco.mjtGeom.mjGEOM_PLANE: _plane,
 }

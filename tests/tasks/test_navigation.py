@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import tasks
-from tasks import NavigationConfig, Reward
+from tasks import LaserConfig, NavigationConfig, Reward
 from tasks.errors import TaskError
 from tasks.gymnasium_api.navigation_env import NavigationEnv
 from tasks.rewards import REWARDS, Outcome
@@ -28,18 +28,19 @@ def drive(environment: Any, action: tuple[float, float], goal: tuple[float, floa
     return results
 
 
-def test_reaching_ends_the_episode_with_the_reward() -> None:
-    results = drive(make(), (0.5, 0.0), (2.5, 0.0))
+@pytest.mark.parametrize(
+    ("goal", "outcome", "expected"), [((2.5, 0.0), "reached", 5.0), ((-3.0, -3.0), "crashed", -5.0)]
+)
+def test_reaching_and_crashing_end_the_episode_with_their_rewards(
+    goal: tuple[float, float], outcome: str, expected: float
+) -> None:
+    results = drive(make(), (0.5, 0.0), goal)
     _, reward, terminated, truncated, info = results[-1]
-    assert (terminated, truncated, info["outcome"], reward) == (True, False, "reached", 5.0)
-    assert info["distance"] <= 0.3
-    # 2.2 m at 0.5 m/s are 22 steps of 0.2 s, one or two more for getting going.
-    assert 22 <= len(results) <= 24
-
-
-def test_crashing_ends_the_episode_with_the_penalty() -> None:
-    _, reward, terminated, truncated, info = drive(make(), (0.5, 0.0), (-3.0, -3.0))[-1]
-    assert (terminated, truncated, info["outcome"], reward) == (True, False, "crashed", -5.0)
+    assert (terminated, truncated, info["outcome"], reward) == (True, False, outcome, expected)
+    if outcome == "reached":
+        assert info["distance"] <= 0.3
+        # 2.2 m at 0.5 m/s are 22 steps of 0.2 s, one or two more for getting going.
+        assert 22 <= len(results) <= 24
 
 
 def test_two_hundred_steps_truncate_the_episode() -> None:
@@ -119,23 +120,18 @@ def test_a_step_after_the_end_is_refused() -> None:
         environment.step(np.zeros(2))
 
 
-@pytest.mark.parametrize("camera", ["chase", "top", "onboard"])
-def test_pictures_show_the_room(camera: str) -> None:
+@pytest.mark.parametrize("camera", ["chase", "top", "onboard", "sideways"])
+def test_pictures_show_the_room_and_a_wrong_camera_lists_the_right_ones(camera: str) -> None:
     environment = make("nav_complex", render_mode="rgb_array", camera=camera, width=160, height=120)
     environment.reset(seed=0)
-    picture = environment.render()
-    assert picture.shape == (120, 160, 3)
-    assert picture.dtype == np.uint8
-    assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 50
+    if camera == "sideways":
+        with pytest.raises(TaskError, match="sideways.*chase"):
+            environment.render()
+    else:
+        picture = environment.render()
+        assert (picture.shape, picture.dtype) == ((120, 160, 3), np.uint8)
+        assert len(np.unique(picture.reshape(-1, 3), axis=0)) > 50
     environment.close()
-    environment.close()
-
-
-def test_a_wrong_camera_lists_the_right_ones() -> None:
-    environment = make(render_mode="rgb_array", camera="sideways")
-    environment.reset(seed=0)
-    with pytest.raises(TaskError, match="sideways.*chase"):
-        environment.render()
     environment.close()
 
 
@@ -156,17 +152,22 @@ def test_a_reset_clears_crash_and_pushed_things() -> None:
 
 
 @pytest.mark.parametrize(
-    ("values", "sentence"),
+    ("config", "values", "sentence"),
     [
-        ({"control_timestep": 0.013}, "multiple of the physics step"),
-        ({"goal_radius": -1.0}, "goal_radius must be from 0.1 to 2 m"),
-        ({"max_linear_velocity": 3.0}, "up to the robot's 1.199"),
-        ({"max_angular_velocity": -1.0}, "above 0"),
+        (NavigationConfig, {"control_timestep": 0.013}, "multiple of the physics step"),
+        (NavigationConfig, {"goal_radius": -1.0}, "goal_radius must be from 0.1 to 2 m"),
+        (NavigationConfig, {"max_linear_velocity": 3.0}, "up to the robot's 1.199"),
+        (NavigationConfig, {"max_angular_velocity": -1.0}, "above 0"),
+        (LaserConfig, {"noise": -1.0}, "noise must be 0 or more"),
+        (LaserConfig, {"dropout": 1.5}, "dropout must be from 0 to 1"),
+        (LaserConfig, {"latency": math.nan}, "latency must be a finite number"),
+        (LaserConfig, {"num_beams": 1}, "num_beams must be from 2 to 2000"),
+        (LaserConfig, {"num_beams": 40.5}, "num_beams must be a whole number"),
     ],
 )
-def test_constants_out_of_range(values: dict[str, float], sentence: str) -> None:
+def test_constants_out_of_range(config: type, values: dict[str, float], sentence: str) -> None:
     with pytest.raises(TaskError, match=sentence):
-        tasks.NavigationConfig(**values)  # type: ignore[arg-type]
+        config(**values)
 
 
 # Another goal in mid-episode ---------------------------------------------------------------------------

@@ -54,54 +54,31 @@ def test_good_models_have_no_faults(models: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "line", "sentence"),
+    ("name", "old", "new", "line", "sentence"),
     [
-        ("</worldbody>", "</worldbodies>", 9, "this is not XML"),
-        ("    <body", "   <body", 5, "stands in column 3; its depth requires 4"),
-        ("    </body", "      </body", 8, "stands in column 6; its depth requires 4"),
-        ('size="1"', 'size="1"' + 100 * " " + 'mass="1"', 7, "columns; 120 are allowed"),
-        ('geom name="ball"', 'geom\tname="ball"', 7, "has a tab"),
-        ("<worldbody>", "<worldbody> ", 2, "trailing blanks"),
-        ("</mujoco>\n", "</mujoco>", 10, "must end in a newline"),
+        ("a.xml", "</worldbody>", "</worldbodies>", 9, "this is not XML"),
+        ("a.xml", "    <body", "   <body", 5, "stands in column 3; its depth requires 4"),
+        ("a.xml", "    </body", "      </body", 8, "stands in column 6; its depth requires 4"),
+        ("a.xml", 'size="1"', 'size="1"' + 100 * " " + 'mass="1"', 7, "columns; 120 are allowed"),
+        ("a.xml", 'geom name="ball"', 'geom\tname="ball"', 7, "has a tab"),
+        ("a.xml", "<worldbody>", "<worldbody> ", 2, "trailing blanks"),
+        ("a.xml", "</mujoco>\n", "</mujoco>", 10, "must end in a newline"),
+        ("a.xml", 'size="1"', 'size="-1"', 1, "MuJoCo does not compile the scene: "),
+        ("a.xml", 'geom name="ball"', "geom", 1, "geom number 1 of the compiled scene has no name"),
+        ("a.xml", '<freejoint name="ball"/>', "<freejoint/>", 1, "joint number 0 of the compiled scene has no name"),
+        ("README.md", "a.png", "b.png", 3, "the picture b.png does not exist"),
+        ("README.md", "![A room](a.png)", "", 1, "there is no picture"),
+        ("README.md", "source", "origin", 1, "no table with a column `source`"),
+        ("README.md", "Known differences", "Otherwise", 1, "'Known differences'"),
+        ("README.md", "`a.xml`", "a room", 1, "`a.xml` is not named"),
     ],
 )
-def test_each_fault_of_the_text_is_found(models: Path, old: str, new: str, line: int, sentence: str) -> None:
-    path = models / "room" / "a.xml"
-    change(path, old, new)
-    found = check_models.xml_faults(path)
-    assert [(fault.path, fault.line) for fault in found] == [(path, line)]
+def test_each_fault_is_found(models: Path, name: str, old: str, new: str, line: int, sentence: str) -> None:
+    change(models / "room" / name, old, new)
+    found = check_models.find_faults(models)
+    assert found[0].line == line
     assert sentence in found[0].sentence
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "sentence"),
-    [
-        ('size="1"', 'size="-1"', "MuJoCo does not compile the scene: "),
-        ('geom name="ball"', "geom", "geom number 1 of the compiled scene has no name"),
-        ('<freejoint name="ball"/>', "<freejoint/>", "joint number 0 of the compiled scene has no name"),
-    ],
-)
-def test_each_fault_of_a_scene_is_found(models: Path, old: str, new: str, sentence: str) -> None:
-    change(models / "room" / "a.xml", old, new)
-    (fault,) = check_models.scene_faults(models / "nav_a.xml")
-    assert sentence in fault.sentence
-
-
-@pytest.mark.parametrize(
-    ("old", "new", "line", "sentence"),
-    [
-        ("a.png", "b.png", 3, "the picture b.png does not exist"),
-        ("![A room](a.png)", "", 1, "there is no picture"),
-        ("source", "origin", 1, "no table with a column `source`"),
-        ("Known differences", "Otherwise", 1, "'Known differences'"),
-        ("`a.xml`", "a room", 1, "`a.xml` is not named"),
-    ],
-)
-def test_each_fault_of_a_readme_is_found(models: Path, old: str, new: str, line: int, sentence: str) -> None:
-    change(models / "room" / "README.md", old, new)
-    (fault,) = check_models.folder_faults(models / "room")
-    assert fault.line == line
-    assert sentence in fault.sentence
+    assert len(found) == 1 or "not XML" in sentence  # which MuJoCo does not compile either
 
 
 def test_a_folder_without_a_readme_is_a_fault(models: Path) -> None:
@@ -120,7 +97,7 @@ def test_the_program_prints_faults_and_fails(
     change(models / "nav_a.xml", "  <include", " <include")
     with pytest.raises(SystemExit, match="1"):
         check_models.main([])
-    assert capsys.readouterr().out == "nav_a.xml:3: the tag stands in column 1; its depth wants 2\n"
+    assert capsys.readouterr().out == "nav_a.xml:3: the tag stands in column 1; its depth requires 2\n"
 
 
 def test_the_projects_own_rooms_are_in_form() -> None:

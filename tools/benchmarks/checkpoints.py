@@ -40,11 +40,12 @@ def checkpoint() -> None:
             walls.append(time.perf_counter() - wall)
         room = sum(file.stat().st_size for file in states.paths()[-1].iterdir())
         free = shutil.disk_usage(path).free
-    share = np.median(writes) / (np.median(steps) * config.checkpoint_every)
+    every = config.checkpoint_every
+    share, shares = np.median(writes) / (np.median(steps) * every), np.divide(writes, steps) / every
     print(f"{config.agent.buffer_size} transitions: {room / 1e6:.0f} MB, of {free / 1e9:.0f} GB free; two are kept")
     print(f"{np.median(writes) * 1e3:.0f} ms of CPU, {np.median(walls) * 1e3:.0f} ms on the clock a checkpoint")
-    print(f"{np.median(steps) * 1e3:.2f} ms of CPU a training step, {config.checkpoint_every} steps between two")
-    print(f"share {share:.2%} (bar: at most 2 %; rounds {_shares(writes, steps, config.checkpoint_every)})")
+    print(f"{np.median(steps) * 1e3:.2f} ms of CPU a training step, {every} steps between two")
+    print(f"share {share:.2%} (bar: at most 2 %; rounds {min(shares):.2%} to {max(shares):.2%})")
 
 
 def _fill(episodes: TrainingEpisodes, count: int) -> None:
@@ -62,8 +63,3 @@ def _drive(episodes: TrainingEpisodes, steps: int) -> float:
     while episodes.step < end:
         episodes.drive_step(total_steps=10**9)
     return (time.process_time() - begun) / steps
-
-
-def _shares(writes: list[float], steps: list[float], every: int) -> str:
-    shares = [write / (step * every) for write, step in zip(writes, steps, strict=True)]
-    return f"{min(shares):.2%} to {max(shares):.2%}"

@@ -22,28 +22,20 @@ HELP = (
 )
 
 
-class Teleop:
-    """The sum of the keys pressed so far, as a command.
+def next_command(command: Velocity, key: int) -> Velocity:
+    """The command after a key, GLFW's code, within ±MAX_LINEAR_VELOCITY and ±MAX_ANGULAR_VELOCITY.
 
-    Attributes:
-        command: forward speed in ±MAX_LINEAR_VELOCITY (m/s) and turn rate in ±MAX_ANGULAR_VELOCITY (rad/s).
+    Keys without a meaning change nothing.
     """
-
-    def __init__(self) -> None:
-        self.command = Velocity(0.0, 0.0)
-
-    def press(self, key: int) -> None:
-        """Handle a key, GLFW's code; other keys change nothing."""
-        if key in (SPACE, BACKSPACE):
-            self.command = Velocity(0.0, 0.0)
-            return
-        linear_step, angular_step = _STEPS.get(key, (0.0, 0.0))
-        linear, angular = self.command.linear + linear_step, self.command.angular + angular_step
-        self.command = Velocity(
-            _clipped(linear, MAX_LINEAR_VELOCITY, LINEAR_STEP), _clipped(angular, MAX_ANGULAR_VELOCITY, ANGULAR_STEP)
-        )
+    if key in (SPACE, BACKSPACE):
+        return Velocity(0.0, 0.0)
+    linear_step, angular_step = _STEPS.get(key, (0.0, 0.0))
+    return Velocity(
+        _clip(command.linear + linear_step, MAX_LINEAR_VELOCITY, LINEAR_STEP),
+        _clip(command.angular + angular_step, MAX_ANGULAR_VELOCITY, ANGULAR_STEP),
+    )
 
 
-def _clipped(value: float, limit: float, step: float) -> float:
+def _clip(value: float, limit: float, step: float) -> float:
     """Clip to ±limit, rounded to whole steps, so that as many presses back end at rest."""
     return max(-limit, min(limit, step * round(value / step)))

@@ -11,7 +11,7 @@ import orjson
 
 from asddpg.episodes.protocols import Action, Episode, Step
 from asddpg.recording.samples import NANOSECONDS, Sample
-from tasks.scene.state_digest import state_digest
+from tasks.physics import compute_digest
 
 _SCALE = 1e5
 Velocity = dict[str, Any]  # v in m/s, omega in rad/s
@@ -37,7 +37,7 @@ def encode_step(sample: Sample, step: Step) -> bytes:
         "terms": terms if is_finite else _finite(terms),
         "distance": _rounded(info.get("distance")),
         "pushed": info.get("pushed", 0),
-        "digest": state_digest(sample.qpos, sample.qvel),
+        "digest": compute_digest(sample.qpos, sample.qvel),
     }
     return encode_json({name: value for name, value in values.items() if value is not None})
 

@@ -104,19 +104,16 @@ def test_osmesa_replaces_egl_where_egl_fails(monkeypatch: pytest.MonkeyPatch) ->
     assert os.environ["MUJOCO_GL"] == "osmesa"  # for MuJoCo's library, and for renderers to come
 
 
-def test_a_backend_in_mujoco_gl_has_no_substitute(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(("osmesa", "asked_for"), [("fake_osmesa", "egl"), ("no_osmesa", None)])
+def test_the_error_is_egls_where_it_is_asked_for_and_where_osmesa_fails_too(
+    osmesa: str, asked_for: str | None, monkeypatch: pytest.MonkeyPatch
+) -> None:
     made = fake("fake_osmesa", monkeypatch)
-    use({"osmesa": "fake_osmesa"}, "egl", monkeypatch)
+    use({"osmesa": osmesa}, asked_for, monkeypatch)
     with pytest.raises(TaskError, match=r"egl does not work \(No module named 'no_egl'\).*libegl1 libgl1"):
         gl_context.open_context(64, 48)
     assert made == []
-
-
-def test_without_egl_and_osmesa_the_error_is_egls(monkeypatch: pytest.MonkeyPatch) -> None:
-    use({}, None, monkeypatch)
-    with pytest.raises(TaskError, match="egl does not work.*libegl1 libgl1"):
-        gl_context.open_context(64, 48)
-    assert not os.environ.get("MUJOCO_GL")
+    assert os.environ.get("MUJOCO_GL", "") == (asked_for or "")
 
 
 def test_a_name_that_renders_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

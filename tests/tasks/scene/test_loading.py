@@ -10,7 +10,7 @@ from tasks import registry
 from tasks.errors import TaskError
 from tasks.physics import Physics
 from tasks.scene.checks import find_missing_elements
-from tasks.scene.loading import MODELS, TASK_CAMERAS, load_model, model_hash, open_scene, scene_path
+from tasks.scene.loading import MODELS, TASK_CAMERAS, model_hash, open_scene, scene_path
 
 BEAMS = '<rangefinder name="range_00" site="ray"/>'
 WHOLE = """<mujoco>
@@ -54,9 +54,9 @@ def test_the_scenes_of_the_tasks_open_and_compile_to_the_same_model(name: str) -
     assert model_hash(physics.model.ptr) == model_hash(Physics.from_xml_path(str(scene_path(name))).model.ptr)
 
 
-def test_no_such_file(tmp_path: Path) -> None:
-    assert sentence(tmp_path / "none.xml") == "there is no scene file FILE; an MJCF file, .xml, is expected"
-    assert sentence(tmp_path) == "there is no scene file FILE; an MJCF file, .xml, is expected"
+@pytest.mark.parametrize("name", ["none.xml", ""])
+def test_no_such_file(tmp_path: Path, name: str) -> None:
+    assert sentence(tmp_path / name) == "there is no scene file FILE; an MJCF file, .xml, is expected"
 
 
 @pytest.mark.parametrize(
@@ -67,16 +67,12 @@ def test_no_such_file(tmp_path: Path) -> None:
         ("<mujoco>\n<geoom/></mujoco>", "unrecognized element, Element 'geoom', line 2"),
         ("<mujoco><worldbody>\n<geom name='a' type='box'/></worldbody></mujoco>", "geom, Element name 'a', .*line 2"),
         ("<mujoco>\n<include file='nix.xml'/></mujoco>", "opening file 'nix.xml', Element 'include', line 2"),
+        ("<mujoco><include file='room.xml'/></mujoco>", "Element 'joom', in a file it includes"),
     ],
 )
 def test_mujocos_error_keeps_line_and_element(tmp_path: Path, xml: str, expected: str) -> None:
-    assert re.search(expected, sentence(tmp_path / "bad.xml", xml))
-
-
-def test_an_error_in_an_included_file_is_located_there(tmp_path: Path) -> None:
     (tmp_path / "room.xml").write_text("<mujoco>\n<worldbody>\n<joom/>\n</worldbody></mujoco>")
-    xml = "<mujoco><include file='room.xml'/></mujoco>"
-    assert "Element 'joom', in a file it includes" in sentence(tmp_path / "bad.xml", xml)
+    assert re.search(expected, sentence(tmp_path / "bad.xml", xml))
 
 
 @pytest.mark.parametrize("timestep", ["0", "-0.01", "nan", "5"])
@@ -124,18 +120,6 @@ def test_an_element_that_is_missing(tmp_path: Path, old: str, new: str, missing:
 def test_errors_of_physics_name_the_file(tmp_path: Path) -> None:
     between = f'{BEAMS}<gyro name="gyro" site="ray"/>{BEAMS.replace("00", "01")}'
     assert "one after the other" in sentence(tmp_path / "bad.xml", WHOLE.replace(BEAMS, between))
-
-
-def test_a_scene_without_a_robot_is_still_a_model(tmp_path: Path) -> None:
-    path = tmp_path / "ball.xml"
-    path.write_text("<mujoco><worldbody><geom size='1'/></worldbody></mujoco>")
-    assert load_model(path).ngeom == 1
-
-
-def test_a_task_with_a_missing_scene_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(registry, "scene_path", lambda _: tmp_path / "none.xml")
-    with pytest.raises(TaskError, match=r"there is no scene file .*none\.xml"):
-        tasks.load("nav_empty")
 
 
 @pytest.mark.parametrize("name", ["nav_empty", "nav_gazebo"])

@@ -15,12 +15,8 @@ from tools import picture
     ("arguments", "expected"),
     [
         ([], "SCENE is missing: a task, pioneer"),
-        (["nav_empty", "colour=red"], "no option 'colour'; there are camera, file, size, shadows"),
         (["nav_empty", "size=12"], "size must be as in 1280x800"),
         (["nav_empty", "size=9000x10"], "at most 4096x4096 px"),
-        (["nav_empty", "shadows=maybe"], "shadows must be true or false, not 'maybe'"),
-        (["nav_empty", "camera=top", "camera=chase"], "camera is given twice, as 'top' and 'chase'"),
-        (["nav_empty", "top"], "at most, .*, not 2"),
         (["nav_empty", "file=here.txt"], r"a path that ends in \.png or \.jpg"),
     ],
 )

@@ -1,7 +1,7 @@
 """Properties of the robot against analysis."""
 
 import json
-import math
+from typing import Any
 
 import mujoco
 import numpy as np
@@ -10,39 +10,45 @@ import pytest
 from tasks.room_geometry.geom_shapes import extent
 from tasks.scene.loading import load_model, open_scene
 from tools import robot_figures
-from tools.robot.robot_model import RobotModel
+from tools.robot.robot_quantities import RobotQuantities
 from tools.robot.scene_argument import ROBOT_SCENE
 
 
-def robot() -> RobotModel:
-    return RobotModel(load_model(ROBOT_SCENE))
+def measure(scene: str | None = None) -> dict[str, dict[str, Any]]:
+    """The values of all quantities, of the project's robot or of a scene, by section and name."""
+    model = mujoco.MjModel.from_xml_string(scene) if scene else load_model(ROBOT_SCENE)
+    sections = RobotQuantities(model).sections
+    return {title: {name: quantity.value for name, quantity in part.items()} for title, part in sections.items()}
 
 
 def test_mass_and_inertia_are_those_of_the_free_joints_block_of_the_mass_matrix() -> None:
-    found = robot()
-    matrix = np.zeros((found.model.nv, found.model.nv))
-    mujoco.mj_fullM(found.model, found.data, matrix)
-    start = int(found.model.joint("base").dofadr[0])
+    found = measure()["mass"]
+    physics = open_scene(ROBOT_SCENE)  # in its keyframe's pose, which is the reference
+    model = physics.model.ptr
+    matrix = np.zeros((model.nv, model.nv))
+    mujoco.mj_fullM(model, physics.data.ptr, matrix)
+    start = int(model.joint("base").dofadr[0])
     free = matrix[start : start + 6, start : start + 6]
-    np.testing.assert_allclose(free[:3, :3], found.mass() * np.eye(3), atol=1e-9)
-    centre = found.centre_of_mass()
-    shift = found.mass() * (centre @ centre * np.eye(3) - np.outer(centre, centre))
-    np.testing.assert_allclose(free[3:, 3:], found.inertia() + shift, atol=1e-9)
-    assert sum(found.masses().values()) == pytest.approx(found.mass())
+    np.testing.assert_allclose(free[:3, :3], found["total"] * np.eye(3), atol=1e-9)
+    centre = np.array(found["centre of mass"])
+    inertia = free[3:, 3:] - found["total"] * (centre @ centre * np.eye(3) - np.outer(centre, centre))
+    np.testing.assert_allclose(np.diag(inertia), found["inertia"], atol=1e-9)
+    np.testing.assert_allclose(inertia[[0, 0, 1], [1, 2, 2]], found["inertia, products"], atol=1e-9)
+    assert sum(mass for name, mass in found.items() if name.startswith("body ")) == pytest.approx(found["total"])
 
 
 def test_speed_and_turn_rate_are_what_the_robot_does_with_its_wheels_at_the_limit() -> None:
-    found = robot()
-    performance = robot_figures.measure_robot(found)["performance of the drive"]
+    found = measure()
     physics = open_scene(ROBOT_SCENE)
-    limit = found.wheel_speed_limit()
+    limit = found["drive"]["wheel speed limit"]
     for commands, quantity, reading in (((limit, limit), "speed", 0), ((-limit, limit), "turn rate", 1)):
         physics.reset()
         for side, command in zip(("left_wheel", "right_wheel"), commands, strict=True):
             physics.data.ptr.ctrl[physics.model.ptr.actuator(side).id] = command
         physics.step(600)  # 3 s
         # At 7 rad/s on the spot the wheels slip a little.
-        assert physics.velocity()[reading] == pytest.approx(performance[quantity].value, rel=0.06)
+        expected = found["performance of the drive"][quantity]
+        assert physics.readings().velocity[reading] == pytest.approx(expected, rel=0.06)
 
 
 def test_footprint_and_beams_of_known_shapes() -> None:
@@ -64,15 +70,14 @@ def test_footprint_and_beams_of_known_shapes() -> None:
 
 
 def test_the_robot_stands_on_the_floor_and_its_laser_looks_ahead() -> None:
-    found = robot()
-    low, high = found.footprint()["z"]
-    assert low == pytest.approx(0.0, abs=1e-3)
-    assert 0.2 < high <= found.overall_height()
-    assert 0.5 < found.load_on_wheels() < 1.0
-    ring = found.rangefinder_rings()["range"]
-    assert ring.beams == 40
-    assert ring.field_of_view == pytest.approx(4 / 3 * math.pi)
-    assert {"chase", "onboard"} <= set(found.cameras())
+    found = measure()
+    footprint = found["footprint"]
+    assert 0.2 < footprint["height"] <= footprint["height, visual parts included"]
+    assert footprint["caster"][2] == pytest.approx(0.0, abs=1e-3)
+    assert 50 < found["performance of the drive"]["weight on the wheels"] < 100
+    assert found["rangefinders range"]["beams"] == 40
+    assert found["rangefinders range"]["field of view"] == pytest.approx(240)
+    assert {"chase", "onboard"} <= set(found["cameras"])
 
 
 def test_the_table_is_aligned_and_json_holds_the_same(capsys: pytest.CaptureFixture[str]) -> None:
@@ -109,19 +114,17 @@ SWIVEL = """<mujoco><worldbody>
 
 
 def test_a_robot_of_another_make_a_swivel_caster_sonar_no_limits() -> None:
-    found = RobotModel(mujoco.MjModel.from_xml_string(SWIVEL))
-    caster = found.caster_contact()
-    assert caster is not None
-    np.testing.assert_allclose(caster, [-0.25, 0.0, 0.0], atol=1e-9)
-    assert (found.friction(), found.servo_gain(), found.track()) == pytest.approx((0.8, 18.0, 0.4))
-    assert found.spin_inertia() == pytest.approx(0.5 * 1 * 0.1**2)
+    found = measure(SWIVEL)
+    drive, performance = found["drive"], found["performance of the drive"]
+    np.testing.assert_allclose(found["footprint"]["caster"], [-0.25, 0.0, 0.0], atol=1e-9)
+    assert (drive["friction on the floor"], drive["velocity servo"], drive["track"]) == pytest.approx((0.8, 18.0, 0.4))
+    assert drive["wheel inertia"] == pytest.approx(0.5 * 1 * 0.1**2)
     # Moments about the axle: 0.1 kg of fork 0.2 m and 0.1 kg of wheel 0.25 m behind it, borne 0.25 m behind it.
-    assert found.load_on_wheels() == pytest.approx(1 - (0.1 * 0.2 + 0.1 * 0.25) / 10.2 / 0.25)
-    assert [(name, ring.beams, ring.range) for name, ring in found.rangefinder_rings().items()] == [
-        ("range", 2, 0),
-        ("sonar", 1, 3),
-    ]
-    assert found.rangefinder_rings()["range"].field_of_view == pytest.approx(math.pi / 2)
-    printed = robot_figures.table(robot_figures.measure_robot(found))
+    share = 1 - (0.1 * 0.2 + 0.1 * 0.25) / 10.2 / 0.25
+    assert performance["weight on the wheels"] == pytest.approx(100 * share)
+    rings = [found[f"rangefinders {name}"] for name in ("range", "sonar")]
+    assert [(ring["beams"], ring["range"]) for ring in rings] == [(2, None), (1, 3)]
+    assert rings[0]["field of view"] == pytest.approx(90)
+    printed = robot_figures.table(RobotQuantities(mujoco.MjModel.from_xml_string(SWIVEL)).sections)
     assert printed.count("not limited") == 6
     assert "range_00 … range_01, sonar_0" in printed

@@ -7,13 +7,14 @@ import pytest
 
 from asddpg.errors import UserError
 from tasks.constants import MAX_ANGULAR_VELOCITY, MAX_LINEAR_VELOCITY
+from tasks.physics import Velocity
 from tasks.registry import make_rule
 from tasks.scene.loading import open_scene
 from tools import teleop
 from tools.robot import viewer
-from tools.robot.pacing import LATE, RealTimeClock
+from tools.robot.pacing import LATE, wait_for_frames
 from tools.robot.scene_argument import ROBOT_SCENE, scene_file
-from tools.robot.teleop_keys import ANGULAR_STEP, BACKSPACE, DOWN, LEFT, LINEAR_STEP, RIGHT, SPACE, UP, Teleop
+from tools.robot.teleop_keys import ANGULAR_STEP, BACKSPACE, DOWN, LEFT, LINEAR_STEP, RIGHT, SPACE, UP, next_command
 from tools.teleop import TeleopSession
 
 
@@ -23,7 +24,7 @@ def start_session(task: str) -> TeleopSession:
 
 
 def test_each_arrow_adds_its_step_and_space_stops() -> None:
-    keys = Teleop()
+    command = Velocity(0.0, 0.0)
     for key, expected in (
         (UP, (LINEAR_STEP, 0.0)),
         (LEFT, (LINEAR_STEP, ANGULAR_STEP)),
@@ -33,8 +34,8 @@ def test_each_arrow_adds_its_step_and_space_stops() -> None:
         (ord("W"), (0.0, -ANGULAR_STEP)),
         (SPACE, (0.0, 0.0)),
     ):
-        keys.press(key)
-        assert tuple(keys.command) == pytest.approx(expected)
+        command = next_command(command, key)
+        assert tuple(command) == pytest.approx(expected)
 
 
 @pytest.mark.parametrize(
@@ -47,20 +48,19 @@ def test_each_arrow_adds_its_step_and_space_stops() -> None:
     ],
 )
 def test_commands_stay_within_the_limits_and_come_back_to_rest(key: int, back: int, limit: tuple[float, float]) -> None:
-    keys = Teleop()
+    command, presses = Velocity(0.0, 0.0), 0
     for _ in range(20):
-        keys.press(key)
-    assert tuple(keys.command) == pytest.approx(limit)
-    assert abs(keys.command.linear) <= MAX_LINEAR_VELOCITY
-    assert abs(keys.command.angular) <= MAX_ANGULAR_VELOCITY
-    presses = 0
-    while tuple(keys.command) != (0.0, 0.0):
-        keys.press(back)
+        command = next_command(command, key)
+    assert tuple(command) == pytest.approx(limit)
+    assert abs(command.linear) <= MAX_LINEAR_VELOCITY
+    assert abs(command.angular) <= MAX_ANGULAR_VELOCITY
+    while command != (0.0, 0.0):
+        command = next_command(command, back)
         presses += 1
     assert presses in (5, 6)
 
 
-def test_keys_drive_the_robot_and_backspace_resets_it() -> None:
+def test_keys_drive_the_robot_into_a_crash_and_backspace_resets_it() -> None:
     driven = start_session("nav_complex")
     goal = driven.physics.goal()
     assert driven.frame <= 0.2
@@ -72,19 +72,13 @@ def test_keys_drive_the_robot_and_backspace_resets_it() -> None:
     assert 0.4 < driven.physics.pose().x < 0.75
     assert status["v"].endswith("command +0.50")
     assert status["crashed"] == "no"
-    driven.press(BACKSPACE)
-    assert driven.physics.pose().x == 0.0
-    assert tuple(driven.teleop.command) == (0.0, 0.0)
-    assert driven.physics.goal() != goal
-
-
-def test_a_crash_is_shown() -> None:
-    driven = start_session("nav_empty")
-    for _ in range(5):
-        driven.press(UP)
-    for _ in range(round(9.0 / driven.frame)):
+    for _ in range(round(6.0 / driven.frame)):
         driven.advance()
     assert driven.status()["crashed"] == "yes"
+    driven.press(BACKSPACE)
+    assert driven.physics.pose().x == 0.0
+    assert driven.command == (0.0, 0.0)
+    assert driven.physics.goal() != goal
 
 
 def test_the_robots_own_scene_begins_in_its_keyframe() -> None:
@@ -112,12 +106,6 @@ def test_a_scene_without_the_robot_is_shown_only(
     assert "lacks the body 'base': it has no Pioneer to drive" in capsys.readouterr().out
 
 
-def test_invalid_arguments() -> None:
-    for arguments, sentence in (([], "SCENE is missing"), (["nav_empty", "nav_simple"], "at most, .*, not 2")):
-        with pytest.raises(UserError, match=sentence):
-            teleop.main(arguments)
-
-
 def test_the_clock_catches_up_and_skips_long_delays(monkeypatch: pytest.MonkeyPatch) -> None:
     now = [10.0]
 
@@ -126,11 +114,11 @@ def test_the_clock_catches_up_and_skips_long_delays(monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr("tools.robot.pacing.time.monotonic", lambda: now[0])
     monkeypatch.setattr("tools.robot.pacing.time.sleep", sleep)
-    clock, done = RealTimeClock(0.02), 0
+    frames, done = wait_for_frames(0.02), 0
     for drawing in (0.001, 0.015, 0.1, 0.03, 0.001, 0.2):
-        done += clock.wait_frames()
+        done += next(frames)
         now[0] += drawing
     assert done == pytest.approx((now[0] - 0.2 - 10.0) / 0.02, abs=1.1)
     now[0] += 60.0
-    assert clock.wait_frames() == LATE / 0.02
-    assert clock.wait_frames() == 1
+    assert next(frames) == LATE / 0.02
+    assert next(frames) == 1
