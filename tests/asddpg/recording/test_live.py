@@ -290,7 +290,7 @@ def test_a_click_in_a_view_that_follows_the_robot(viewer: Viewer) -> None:
     ("topic", "content", "sentence"),
     [
         ("/clicked_point", {"point": {"x": 40, "y": 0}}, "a goal must lie in the room, x from"),
-        ("/clicked_point", {"point": {"x": 0, "y": 2}}, "something stands in the way"),
+        ("/clicked_point", {"point": {"x": 0, "y": 2}}, "there is an obstacle"),
         ("/clicked_point", {"header": {"frame_id": "map"}, "point": {"x": 0, "y": 0}}, "the frame world or base"),
         ("/clicked_point", {"place": 1}, "a goal is a message such as"),
         ("/clicked_point", [1, 2], "a goal is a message such as"),

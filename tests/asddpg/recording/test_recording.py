@@ -562,7 +562,7 @@ def test_a_training_that_is_stopped_completes_its_recording(tmp_path: Path, stop
     for path in (*finished, last):
         recording = open_recording(path)
         assert len(recording.steps()) == recording.outcome()["steps"]
-    assert (folder / "checkpoints" / "last" / "agent.pt").is_file()
+    assert (folder / "checkpoints" / "last.safetensors").is_file()
 
 
 def test_recordings_of_before_are_kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
