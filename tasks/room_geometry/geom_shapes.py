@@ -49,7 +49,7 @@ def extent(
 
 def _local_reach(model: mujoco.MjModel, geom: int, local: FloatArray) -> float:
     """The same in the geom's own frame."""
-    kind, size = model.geom_type[geom], model.geom_size[geom]
+    kind, size = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom]
     if kind in _CAPSULES:
         return float(size[0] + size[1] * abs(local[2]))
     if kind == _CYLINDER:
@@ -64,7 +64,7 @@ def _local_reach(model: mujoco.MjModel, geom: int, local: FloatArray) -> float:
 
 def polyhedron(model: mujoco.MjModel, geom: int) -> Polyhedron:
     """A polyhedron around a geom, in the geom's frame: round ones up to 1 % too large, never too small."""
-    kind, size = model.geom_type[geom], model.geom_size[geom]
+    kind, size = mujoco.mjtGeom(int(model.geom_type[geom])), model.geom_size[geom]
     if kind == _MESH:
         return _hull(_mesh_vertices(model, geom))
     if kind == _CYLINDER:

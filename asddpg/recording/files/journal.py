@@ -21,11 +21,6 @@ from tasks.scene.frames import BodyFrames, Frame
 TOPIC, ENCODING = "/moments", "asddpg.moments"
 _MOST_BEAMS = 100_000  # a stranger's file does not decide how much memory is taken
 _LENGTH = struct.Struct("<I")
-_ARRAYS: dict[str, tuple[type, tuple[int, ...]]] = {
-    **dict.fromkeys(("bodies", "parents", "anchored", "rigid"), (int, (-1,))),
-    "offsets": (float, (-1, 3)),
-    "turns": (float, (-1, 4)),
-}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -55,9 +50,7 @@ class Layout:
             LookupError, TypeError, ValueError: that is no layout.
         """
         told: dict[str, Any] = json.loads(text["frames"])
-        arrays: dict[str, Any] = {
-            name: np.array(told[name], dtype=kind).reshape(shape) for name, (kind, shape) in _ARRAYS.items()
-        }
+        arrays = {name: np.array(told[name], dtype=int) for name in ("bodies", "parents")}
         frames = tuple(Frame(**frame) for frame in told["frames"])
         num_scans, num_beams = map(int, json.loads(text["scan_shape"]))
         if not 0 <= num_beams <= _MOST_BEAMS:
