@@ -300,18 +300,10 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         x, y, _, qw, qx, qy, qz = self.data.ptr.qpos[self._base_qpos : self._base_qpos + 7].tolist()
         return Pose(x, y, math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz)))
 
-    def velocity(self) -> Velocity:
-        """Velocity of the base in the robot frame."""
-        return self.readings().velocity
-
     def goal(self) -> tuple[float, float]:
         """Goal in the world frame, metres."""
         x, y, _ = self.data.ptr.mocap_pos[self._goal_mocap].tolist()
         return x, y
-
-    def goal_distance(self) -> float:
-        """Distance between base and goal, metres."""
-        return self.readings().goal_distance
 
     def readings(self) -> Readings:
         """Pose, velocity and goal together, which costs less than one after the other."""
