@@ -76,7 +76,8 @@ def test_a_command_above_the_limits_saturates() -> None:
     drive(physics, 10.0, 0.0, 3.0)
     limit = constants.WHEEL_SPEED_LIMIT * constants.WHEEL_RADIUS
     assert physics.readings().velocity.linear == pytest.approx(limit, rel=0.01)
-    assert physics.wheel_speeds() == pytest.approx([constants.WHEEL_SPEED_LIMIT] * 2, rel=0.01)
+    for sensor in ("left_wheel_speed", "right_wheel_speed"):
+        assert physics.sensor(sensor).item() == pytest.approx(constants.WHEEL_SPEED_LIMIT, rel=0.01)
     physics = robot()
     drive(physics, 0.0, 100.0, 2.0)
     assert physics.readings().velocity.angular == pytest.approx(constants.TURN_RATE_LIMIT, rel=0.06)
@@ -89,7 +90,7 @@ def test_too_much_torque_would_slip() -> None:
         physics.model.ptr.geom(name).friction[0] = 0.02
     physics.set_velocity_command(0.5, 0.0)
     physics.step(60)
-    assert physics.wheel_speeds().mean() * constants.WHEEL_RADIUS > 2 * physics.readings().velocity.linear
+    assert physics.sensor("left_wheel_speed").item() * constants.WHEEL_RADIUS > 2 * physics.readings().velocity.linear
 
 
 def test_the_caster_swivels_behind() -> None:
@@ -119,7 +120,6 @@ def test_sensors_agree_with_the_motion_and_reading_them_changes_nothing() -> Non
     np.testing.assert_allclose(physics.sensor("velocimeter")[0], physics.readings().velocity.linear, atol=1e-3)
     np.testing.assert_allclose(physics.sensor("gyro")[2], physics.readings().velocity.angular, atol=1e-3)
     np.testing.assert_allclose(physics.sensor("position")[:2], physics.pose()[:2], atol=1e-9)
-    np.testing.assert_allclose(physics.sensor("left_wheel_speed"), physics.wheel_speeds()[:1])
     # On the level at a steady turn: gravity, and v · ω towards the centre of the turn.
     np.testing.assert_allclose(physics.sensor("accelerometer"), [0.0, 0.3 * 0.5, 9.81], atol=0.03)
     np.testing.assert_array_equal(physics.sensor("bumper"), [0.0])
