@@ -76,7 +76,6 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
             int(at[0]) for at in (model.joint("base").qposadr, model.joint("base").dofadr)
         )
         self._wheels = [int(model.actuator(f"{side}_wheel").id) for side in ("left", "right")]
-        self._wheel_dofs = [int(model.joint(f"{side}_wheel").dofadr[0]) for side in ("left", "right")]
         self._robot_bodies = set(np.flatnonzero(np.asarray(model.body_rootid) == base).tolist())
         self._ranges, self._sonar_ranges = self._find_ring("range_"), self._find_ring("sonar_")
         robot = np.asarray(model.body_rootid)[model.geom_bodyid] == base
@@ -291,27 +290,15 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         reading: FloatArray = self._scratch.sensor(name).data.copy()
         return reading
 
-    def wheel_speeds(self) -> FloatArray:
-        """Speeds of the left and the right wheel: float64 (2,), rad/s."""
-        return np.array([self.data.ptr.qvel[address] for address in self._wheel_dofs])
-
     def pose(self) -> Pose:
         """Pose of the base in the world frame."""
         x, y, _, qw, qx, qy, qz = self.data.ptr.qpos[self._base_qpos : self._base_qpos + 7].tolist()
         return Pose(x, y, math.atan2(2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz)))
 
-    def velocity(self) -> Velocity:
-        """Velocity of the base in the robot frame."""
-        return self.readings().velocity
-
     def goal(self) -> tuple[float, float]:
         """Goal in the world frame, metres."""
         x, y, _ = self.data.ptr.mocap_pos[self._goal_mocap].tolist()
         return x, y
-
-    def goal_distance(self) -> float:
-        """Distance between base and goal, metres."""
-        return self.readings().goal_distance
 
     def readings(self) -> Readings:
         """Pose, velocity and goal together, which costs less than one after the other."""

@@ -11,9 +11,9 @@ and with denormal numbers flushed to zero, which this project does and the libra
 front for actor and critic, which is not its default.
 
 `timestep`: cost and accuracy of physics steps of 1, 2, 5 and 10 ms. `laser`: cost of a scan of 40 and of 682 beams.
-`rooms`: cost of a control step in each room. `reset`: cost of a new start and goal. `recording`: CPU a step and room on
-the disk of episodes recorded for Foxglove. `rendering`: cost of a picture. `checkpoint`: CPU of writing what a training
-goes on from, as a share of the CPU of the training.
+`rooms`: cost of a control step in each room. `reset`: cost of a new start and goal. `recording`: CPU a step and disk
+space of episodes recorded for Foxglove. `rendering`: cost of a picture. `checkpoint`: CPU of writing a training state,
+as a share of the CPU of the training.
 """
 
 import time

@@ -20,10 +20,9 @@ from tasks.registry import make_rule
 from tasks.room_geometry.start_goal import PairRule
 from tasks.scene.checks import find_missing_elements
 from tasks.scene.loading import load_model, robot_physics
-from tools.robot.pacing import wait_for_frames
 from tools.robot.scene_argument import SCENE, scene_file
 from tools.robot.teleop_keys import BACKSPACE, HELP, next_command
-from tools.robot.viewer import check_screen, open_viewer
+from tools.robot.viewer import check_screen, open_viewer, wait_for_frames
 
 FRAME = 0.02  # s between two pictures; the command may change with each
 

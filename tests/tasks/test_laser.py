@@ -35,15 +35,11 @@ def expected_ranges(physics: Physics, count: int) -> npt.NDArray[np.float64]:
     return np.clip(lengths, constants.MIN_RANGE, constants.MAX_RANGE)
 
 
-def half_extent(physics: Physics) -> float:
-    return float(np.abs(physics.model.ptr.geom_pos[physics.model.ptr.geom_bodyid == 0][:, :2]).max())
-
-
 @pytest.mark.parametrize("name", tasks.ALL_TASKS)
 def test_every_beam_is_the_analytic_one(name: str) -> None:
     physics = open_scene(scene_path(name))
-    rng, reach = np.random.default_rng(0), half_extent(physics)
-    worst = 0.0
+    rng, model, worst = np.random.default_rng(0), physics.model.ptr, 0.0
+    reach = float(np.abs(model.geom_pos[model.geom_bodyid == 0][:, :2]).max())
     for _ in range(POSES // len(tasks.ALL_TASKS) + 1):
         with physics.reset_context():
             x, y, yaw = rng.uniform([-reach, -reach, -math.pi], [reach, reach, math.pi])

@@ -185,7 +185,7 @@ def test_a_moved_goal_is_seen_and_rewarded_at_once_and_moves_nothing_else() -> N
             x, y, _ = env.physics.pose()
             assert moved[:-2].tolist() == observation[:-2].tolist()
             assert np.hypot(*moved[-2:]) == pytest.approx(np.hypot(goal[0] - x, goal[1] - y), abs=1e-5)
-            before = env.physics.goal_distance()
+            before = env.physics.readings().goal_distance
         for _ in range(3):
             observation, _, _, _, info = env.step_physical(np.array([0.3, 0.1]))
             if goal is not None:

@@ -12,7 +12,7 @@ from tasks.evaluation_pairs import find_paths
 from tasks.physics import Physics, Pose
 from tasks.room_geometry.held_out import Pair
 from tasks.room_geometry.obstacles import Obstacles
-from tasks.scene.loading import model_hash, scene_path
+from tasks.scene.loading import scene_path
 
 
 def scene(name: str = "nav_empty") -> Any:
@@ -77,7 +77,7 @@ def test_goal_in_robot_frame() -> None:
     place(physics, Pose(1.0, 2.0, math.pi / 2))
     physics.set_goal(0.0, 3.0)
     np.testing.assert_allclose(physics.readings().goal_in_robot_frame, [1.0, 1.0], atol=1e-12)
-    assert physics.goal_distance() == pytest.approx(math.sqrt(2))
+    assert physics.readings().goal_distance == pytest.approx(math.sqrt(2))
 
 
 def test_resting_and_driving_freely_is_no_crash_and_a_wall_is_one() -> None:
@@ -126,10 +126,6 @@ def test_a_graze_within_a_control_step_is_seen() -> None:
     moved.pos[0] = 4.05
     physics.step(15)
     assert (free, touched) == (False, True)
-
-
-def test_the_hash_identifies_the_model() -> None:
-    assert model_hash(scene().model.ptr) != model_hash(scene("nav_simple").model.ptr)
 
 
 def test_clearance_is_the_distance_to_the_nearest_box() -> None:

@@ -19,7 +19,7 @@ ROUNDS, STEPS = 5, 400
 
 
 def checkpoint() -> None:
-    """Print the share, with a full replay buffer and logs as long as it, and the room on the disk."""
+    """Print the share, with a full replay buffer and logs as long as it, and the disk space."""
     prepare_torch()
     config = train_config(["task=nav_complex"])
     environment = make_environment(config.task, config.reward)
@@ -38,11 +38,11 @@ def checkpoint() -> None:
             states.write(round_, {"episodes": episodes.state(), "files": append_only_logs.lengths(folder.path)})
             writes.append(time.process_time() - begun)
             walls.append(time.perf_counter() - wall)
-        room = sum(file.stat().st_size for file in states.paths()[-1].iterdir())
+        size = sum(file.stat().st_size for file in states.paths()[-1].iterdir())
         free = shutil.disk_usage(path).free
     every = config.checkpoint_every
     share, shares = np.median(writes) / (np.median(steps) * every), np.divide(writes, steps) / every
-    print(f"{config.agent.buffer_size} transitions: {room / 1e6:.0f} MB, of {free / 1e9:.0f} GB free; two are kept")
+    print(f"{config.agent.buffer_size} transitions: {size / 1e6:.0f} MB, of {free / 1e9:.0f} GB free; two are kept")
     print(f"{np.median(writes) * 1e3:.0f} ms of CPU, {np.median(walls) * 1e3:.0f} ms on the clock a checkpoint")
     print(f"{np.median(steps) * 1e3:.2f} ms of CPU a training step, {every} steps between two")
     print(f"share {share:.2%} (bar: at most 2 %; rounds {min(shares):.2%} to {max(shares):.2%})")

@@ -1,8 +1,9 @@
-"""MuJoCo's viewer, checked for a screen and closed cleanly."""
+"""MuJoCo's viewer in real time, checked for a screen and closed cleanly."""
 
 import contextlib
 import importlib
 import threading
+import time
 import warnings
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -11,6 +12,7 @@ import mujoco
 
 from asddpg.errors import UserError
 
+LATE = 0.5  # s; a longer delay of the simulation is skipped, a shorter one caught up
 CLOSING = 5.0  # s that the viewer's own thread gets to end
 
 
@@ -40,6 +42,19 @@ def open_viewer(model: mujoco.MjModel, data: mujoco.MjData, on_key: Callable[[in
         # The program's end frees GLFW, which the viewer's thread may still be drawing with.
         for thread in threads:
             thread.join(CLOSING)
+
+
+def wait_for_frames(frame: float) -> Iterator[int]:
+    """Wait until a frame of `frame` seconds is due; yields how many are, however long a picture takes.
+
+    At most LATE seconds of them.
+    """
+    due_at = time.monotonic()
+    while True:
+        time.sleep(max(0.0, due_at - time.monotonic()))
+        due = 1 + max(0, int((time.monotonic() - due_at) / frame))
+        due_at += due * frame
+        yield min(due, max(1, int(LATE / frame)))
 
 
 def _look_at(model: mujoco.MjModel, camera: mujoco.MjvCamera) -> None:

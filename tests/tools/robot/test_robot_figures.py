@@ -7,6 +7,7 @@ import mujoco
 import numpy as np
 import pytest
 
+from tasks import constants
 from tasks.room_geometry.geom_shapes import extent
 from tasks.scene.loading import load_model, open_scene
 from tools import robot_figures
@@ -34,6 +35,9 @@ def test_mass_and_inertia_are_those_of_the_free_joints_block_of_the_mass_matrix(
     inertia = free[3:, 3:] - found["total"] * (centre @ centre * np.eye(3) - np.outer(centre, centre))
     np.testing.assert_allclose(np.diag(inertia), found["inertia"], atol=1e-9)
     np.testing.assert_allclose(inertia[[0, 0, 1], [1, 2, 2]], found["inertia, products"], atol=1e-9)
+    assert found["total"] == pytest.approx(9.0 + 0.16)
+    assert (centre[0], centre[1]) == pytest.approx((-0.04, 0.0), abs=0.01)
+    assert constants.WHEEL_RADIUS < centre[2] < constants.WHEEL_RADIUS + 0.06
     assert sum(mass for name, mass in found.items() if name.startswith("body ")) == pytest.approx(found["total"])
 
 

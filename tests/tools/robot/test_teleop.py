@@ -12,7 +12,6 @@ from tasks.registry import make_rule
 from tasks.scene.loading import open_scene
 from tools import teleop
 from tools.robot import viewer
-from tools.robot.pacing import LATE, wait_for_frames
 from tools.robot.scene_argument import ROBOT_SCENE, scene_file
 from tools.robot.teleop_keys import ANGULAR_STEP, BACKSPACE, DOWN, LEFT, LINEAR_STEP, RIGHT, SPACE, UP, next_command
 from tools.teleop import TeleopSession
@@ -112,13 +111,13 @@ def test_the_clock_catches_up_and_skips_long_delays(monkeypatch: pytest.MonkeyPa
     def sleep(seconds: float) -> None:
         now[0] += seconds
 
-    monkeypatch.setattr("tools.robot.pacing.time.monotonic", lambda: now[0])
-    monkeypatch.setattr("tools.robot.pacing.time.sleep", sleep)
-    frames, done = wait_for_frames(0.02), 0
+    monkeypatch.setattr("tools.robot.viewer.time.monotonic", lambda: now[0])
+    monkeypatch.setattr("tools.robot.viewer.time.sleep", sleep)
+    frames, done = viewer.wait_for_frames(0.02), 0
     for drawing in (0.001, 0.015, 0.1, 0.03, 0.001, 0.2):
         done += next(frames)
         now[0] += drawing
     assert done == pytest.approx((now[0] - 0.2 - 10.0) / 0.02, abs=1.1)
     now[0] += 60.0
-    assert next(frames) == LATE / 0.02
+    assert next(frames) == viewer.LATE / 0.02
     assert next(frames) == 1
