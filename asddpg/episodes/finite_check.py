@@ -5,8 +5,9 @@ from collections.abc import Mapping
 from typing import SupportsFloat
 
 import numpy as np
+import numpy.typing as npt
 
-from asddpg.episodes.protocols import Observation, Step
+from asddpg.episodes.protocols import Step
 
 LOSSES = ("critic_loss", "switch_loss", "policy_loss")  # a TD error may be NaN: of a driver that no sample is of
 
@@ -15,13 +16,14 @@ class NotFiniteError(Exception):
     """A number of a training is NaN or infinite; the message says which."""
 
 
-def check_observation(observation: Observation) -> None:
-    """See that an observation is finite.
+def check_finite(name: str, numbers: npt.NDArray[np.float32]) -> None:
+    """See that an array, called by that name, is finite.
 
     Raises:
         NotFiniteError: it holds NaN or an infinite number.
     """
-    _check_array("the observation", observation)
+    if not np.isfinite(numbers).all():
+        raise NotFiniteError(f"{name} holds {numbers[~np.isfinite(numbers)][0]}")
 
 
 def check_step(step: Step, learned: Mapping[str, SupportsFloat]) -> None:
@@ -30,8 +32,8 @@ def check_step(step: Step, learned: Mapping[str, SupportsFloat]) -> None:
     Raises:
         NotFiniteError: one of them is NaN or infinite.
     """
-    _check_array("the action", step.decision.action)
-    _check_array("the observation", step.next_observation)
+    check_finite("the action", step.decision.action)
+    check_finite("the observation", step.next_observation)
     if not math.isfinite(step.reward):
         raise NotFiniteError(f"the reward is {step.reward}")
     for name in LOSSES:
@@ -48,8 +50,3 @@ def check_weights(are_finite: Mapping[str, bool]) -> None:
     for name, is_finite in are_finite.items():
         if not is_finite:
             raise NotFiniteError(f"a weight of {name} is not finite")
-
-
-def _check_array(name: str, numbers: Observation) -> None:
-    if not np.isfinite(numbers).all():
-        raise NotFiniteError(f"{name} holds {numbers[~np.isfinite(numbers)][0]}")

@@ -96,40 +96,30 @@ class StatefulController(Controller, Protocol):
 
 
 class Observer(Protocol):
-    """Is notified of episodes; changes nothing."""
+    """Is notified of episodes; changes nothing. A class derived from it defines the methods that it needs."""
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
         """An episode begins."""
+        return
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
         """A step was made."""
+        return
 
     def end_episode(self, episode: "Episode") -> None:
         """The episode is over."""
+        return
 
 
-class Callback:
-    """An observer whose methods do nothing: a base for those that need one of them."""
-
-    def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
-        """An episode begins."""
-
-    def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
-        """A step was made."""
-
-    def end_episode(self, episode: "Episode") -> None:
-        """The episode is over."""
-
-
-@dataclass(frozen=True)
+@dataclass
 class Episode:
     """An episode in figures."""
 
-    outcome: str  # as info names it: reached, crashed, timeout; else ended, timeout, or cut for one broken off
-    steps: int
-    total_reward: float
-    controller_steps: int
-    path_length: float  # metres driven; 0 where info holds no pose
+    outcome: str = "cut"  # as info names it: reached, crashed, timeout; else ended, timeout, or cut for one broken off
+    steps: int = 0
+    total_reward: float = 0.0
+    controller_steps: int = 0
+    path_length: float = 0.0  # metres driven; 0 where info holds no pose
 
     @property
     def controller_share(self) -> float:

@@ -1,6 +1,6 @@
 """Switching drivers and moving the goal within an episode."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from typing import Protocol
 
 from asddpg.episodes.drivers import FixedDriver
@@ -15,17 +15,12 @@ class GoalSetter(Protocol):
 
 
 class SteeredDriver:
-    """Drives by one of several drivers; driver and goal may change between two steps."""
+    """Drives by one of several drivers, named in `drivers`; driver and goal may change between two steps."""
 
     def __init__(self, environment: GoalSetter, drivers: Mapping[str, FixedDriver], driver: str) -> None:
         self._environment, self._drivers = environment, drivers
-        self.driver = driver
+        self.drivers, self.driver = tuple(drivers), driver
         self._moved: Observation | None = None  # the present observation, if the goal has been moved since
-
-    @property
-    def drivers(self) -> Sequence[str]:
-        """Names that `driver` may be."""
-        return tuple(self._drivers)
 
     def set_goal(self, x: float, y: float) -> None:
         """Another goal for the episode in progress, metres, world frame; what the environment refuses it raises."""

@@ -1,4 +1,4 @@
-"""A row an episode, to metrics.csv, and the same figures to TensorBoard."""
+"""A row an episode to metrics.csv, a row a validation to validation.csv, and the same figures to TensorBoard."""
 
 import csv
 import math
@@ -11,7 +11,7 @@ from typing import Any, Protocol, SupportsFloat, TextIO
 import numpy as np
 
 from asddpg.atomic_write import closed_on_error
-from asddpg.episodes.protocols import Episode, Observation, Step
+from asddpg.episodes.protocols import Episode, Observation, Observer, Step
 
 WINDOW = 100  # episodes
 
@@ -20,6 +20,7 @@ COLUMNS = (
     "success_100", "collision_100", "timeout_100", "critic_loss", "switch_loss", "policy_loss",
     "td_error_policy", "td_error_controller",
 )  # fmt: skip
+VALIDATION_COLUMNS = ("step", "success_rate", "collision_rate", "metric")
 
 
 class ScalarWriter(Protocol):
@@ -29,23 +30,19 @@ class ScalarWriter(Protocol):
         """Write one figure."""
 
 
-class RecentEpisodes:
-    """Shares of outcomes among the last WINDOW episodes."""
+class RecentOutcomes(deque[str]):
+    """Outcomes of the last WINDOW episodes."""
 
     def __init__(self, outcomes: Iterable[str] = ()) -> None:
         """Go on after episodes that ended so, oldest first."""
-        self._outcomes: deque[str] = deque(outcomes, maxlen=WINDOW)
-
-    def add(self, outcome: str) -> None:
-        """Count an episode."""
-        self._outcomes.append(outcome)
+        super().__init__(outcomes, WINDOW)
 
     def share(self, outcome: str) -> float:
         """Share of the recent episodes that ended so."""
-        return self._outcomes.count(outcome) / len(self._outcomes) if self._outcomes else 0.0
+        return self.count(outcome) / len(self) if self else 0.0
 
 
-class MetricsLog:
+class MetricsLog(Observer):
     """Writes metrics.csv, in which nothing depends on the clock, and timing.csv; appends to existing ones."""
 
     def __init__(self, metrics: Path, timing: Path, tensorboard: ScalarWriter, seconds: float = 0.0) -> None:
@@ -58,7 +55,7 @@ class MetricsLog:
             seconds: that the training had taken before.
         """
         before = read_rows(metrics)
-        self._recent = RecentEpisodes(row["outcome"] for row in before)
+        self._recent = RecentOutcomes(row["outcome"] for row in before)
         self._finished_steps, self._episodes = int(before[-1]["step"]) if before else 0, len(before)
         self._steps = self._finished_steps
         self._metrics_file, self._metrics = _appended(metrics, COLUMNS)
@@ -97,7 +94,7 @@ class MetricsLog:
         """Write the row."""
         self._episodes += 1
         self._finished_steps = self._steps
-        self._recent.add(episode.outcome)
+        self._recent.append(episode.outcome)
         row: dict[str, Any] = {
             "step": self._steps,
             "episode": self._episodes,
@@ -106,7 +103,9 @@ class MetricsLog:
             "total_reward": episode.total_reward,
             "path_length": episode.path_length,
             "controller_share": episode.controller_share,
-            **{f"{outcome}_100": self._recent.share(full) for outcome, full in _WINDOWED.items()},
+            "success_100": self._recent.share("reached"),
+            "collision_100": self._recent.share("crashed"),
+            "timeout_100": self._recent.share("timeout"),
             **self._means(),
         }
         self._metrics.writerow([row.get(column, "") for column in COLUMNS])
@@ -131,6 +130,15 @@ class MetricsLog:
             self._timing_file.close()
 
 
+def write_validation(path: Path, tensorboard: ScalarWriter, row: Mapping[str, float]) -> None:
+    """Add a row of VALIDATION_COLUMNS."""
+    file, table = _appended(path, VALIDATION_COLUMNS)
+    with file:
+        table.writerow([row[column] for column in VALIDATION_COLUMNS])
+    for name in VALIDATION_COLUMNS[1:]:
+        tensorboard.add_scalar(f"validation/{name}", row[name], int(row["step"]))
+
+
 def read_rows(path: Path) -> list[dict[str, str]]:
     """The rows of a table that a training writes; none where there is no file yet."""
     if not path.is_file():
@@ -148,6 +156,3 @@ def _appended(path: Path, columns: Sequence[str]) -> tuple[TextIO, Any]:
             table.writerow(columns)
             file.flush()
     return file, table
-
-
-_WINDOWED = {"success": "reached", "collision": "crashed", "timeout": "timeout"}

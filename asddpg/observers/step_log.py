@@ -9,7 +9,7 @@ from typing import Any, SupportsFloat
 import numpy as np
 
 from asddpg.atomic_write import write_whole
-from asddpg.episodes.protocols import Driver, Episode, Observation, Step
+from asddpg.episodes.protocols import Driver, Episode, Observation, Observer, Step
 
 COLUMNS = (
     "episode", "x", "y", "distance", "by_controller",
@@ -19,7 +19,7 @@ COLUMNS = (
 _NAN = float("nan")
 
 
-class StepLog:
+class StepLog(Observer):
     """Writes the steps of a training, 44 bytes each, episode by episode, and all as columns when it is closed.
 
     `episode`, counted from 1 · `x`, `y`, `distance` to the goal (m) where the choice was made · `by_controller`, 1
@@ -39,7 +39,7 @@ class StepLog:
         self._file = rows.open("a+b")
         self._values = array("f")
         self._episode = episodes
-        self._where: tuple[float, float, float] = (_NAN, _NAN, _NAN)
+        self._where: tuple[float, ...] = (_NAN, _NAN, _NAN)
 
     def state(self) -> dict[str, Any]:
         """Of the episode in progress: its rows, and the place of the next choice."""
@@ -49,8 +49,7 @@ class StepLog:
         """Go on in the middle of an episode, with what state() returned."""
         self._episode += 1
         self._values = array("f", state["rows"].tobytes())
-        x, y, distance = state["place"]
-        self._where = (x, y, distance)
+        self._where = tuple(state["place"])
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
         """Record the place of the first choice."""

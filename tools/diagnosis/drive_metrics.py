@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from asddpg.config import TaskConfig
 from asddpg.episodes.intervals import Estimate, rate
-from tools.diagnosis.returns import FloatArray, Tail, discounted_returns
+from tasks.physics import FloatArray
+from tools.diagnosis.returns import Tail, discounted_returns
 from tools.diagnosis.rollouts import Rollout
 
 STILL_V = 0.02  # m/s above the least speed; a slower robot stands still
@@ -27,11 +28,6 @@ class End:
     x: float
     y: float
     distance: float
-
-
-def _end(rollout: Rollout) -> End:
-    x, y = rollout.places[-1].tolist()
-    return End(rollout.outcome, round(x, 3), round(y, 3), round(math.dist((x, y), rollout.goal), 3))
 
 
 @dataclass(frozen=True)
@@ -83,6 +79,11 @@ def drive_metrics(rollouts: Sequence[Rollout], task: TaskConfig) -> DriveMetrics
     )
 
 
+def _end(rollout: Rollout) -> End:
+    x, y = rollout.places[-1].tolist()
+    return End(rollout.outcome, round(x, 3), round(y, 3), round(math.dist((x, y), rollout.goal), 3))
+
+
 def _stuck_share(rollouts: Sequence[Rollout], steps: int) -> float | None:
     """Share of the steps from which the robot is less than STUCK_DISTANCE away `steps` later."""
     offsets = np.concatenate([r.places[steps:] - r.places[: max(len(r.places) - steps, 0)] for r in rollouts])
@@ -122,12 +123,12 @@ class QCalibration:
 
     states: int
     excluded: int
-    mean_q: float | None
-    mean_return: float | None
-    bias: float | None
-    bias_low: float | None
-    bias_high: float | None
-    bins: list[QBin]
+    mean_q: float | None = None
+    mean_return: float | None = None
+    bias: float | None = None
+    bias_low: float | None = None
+    bias_high: float | None = None
+    bins: list[QBin] = field(default_factory=list)
 
 
 def q_calibration(q: FloatArray, rollouts: Sequence[Rollout], gamma: float, tail: Tail) -> QCalibration:
@@ -136,7 +137,7 @@ def q_calibration(q: FloatArray, rollouts: Sequence[Rollout], gamma: float, tail
     low, high, counts = (np.concatenate(part) for part in zip(*parts, strict=True))
     low, high, q, states = low[counts], high[counts], q[counts], int(counts.sum())
     if not states:
-        return QCalibration(0, len(counts), None, None, None, None, None, [])
+        return QCalibration(0, len(counts))
     middle = (low + high) / 2
     mean_q = float(q.mean())
     return QCalibration(
@@ -147,19 +148,10 @@ def q_calibration(q: FloatArray, rollouts: Sequence[Rollout], gamma: float, tail
         bias=mean_q - float(middle.mean()),
         bias_low=mean_q - float(high.mean()),
         bias_high=mean_q - float(low.mean()),
-        bins=_bins(q, middle),
+        bins=[_bin(q[part], middle[part]) for part in np.array_split(np.argsort(q, kind="stable"), min(BINS, states))],
     )
 
 
-def _bins(q: FloatArray, returns: FloatArray) -> list[QBin]:
-    parts = [part for part in np.array_split(np.argsort(q, kind="stable"), BINS) if len(part)]
-    return [
-        QBin(
-            q=float(q[part].mean()),
-            mean=float(returns[part].mean()),
-            low=float(np.quantile(returns[part], 0.1)),
-            high=float(np.quantile(returns[part], 0.9)),
-            states=len(part),
-        )
-        for part in parts
-    ]
+def _bin(q: FloatArray, returns: FloatArray) -> QBin:
+    low, high = np.quantile(returns, (0.1, 0.9)).tolist()
+    return QBin(float(q.mean()), float(returns.mean()), low, high, len(q))

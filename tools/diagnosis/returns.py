@@ -9,10 +9,10 @@ from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from scipy.signal import lfilter
 
 from asddpg.config import TrainConfig
-
-FloatArray = npt.NDArray[np.float64]
+from tasks.physics import FloatArray
 
 MAX_UNKNOWN_WEIGHT = 0.2  # of the unknown rest of a return; 0.99^160
 
@@ -51,10 +51,8 @@ def discounted_returns(rewards: FloatArray, gamma: float, is_ended: bool, tail: 
         is_ended: whether the episode terminated; otherwise the time limit truncated it.
         tail: bounds of the return after a time limit.
     """
-    low, high = (0.0, 0.0) if is_ended else tail
-    lows, highs = np.empty(len(rewards)), np.empty(len(rewards))
-    for index in range(len(rewards) - 1, -1, -1):
-        low, high = rewards[index] + gamma * low, rewards[index] + gamma * high
-        lows[index], highs[index] = low, high
-    unknown = gamma ** np.arange(len(rewards), 0, -1)
-    return Returns(lows, highs, (unknown <= MAX_UNKNOWN_WEIGHT) | is_ended)
+    known = lfilter([1.0], [1.0, -gamma], rewards[::-1])[::-1]
+    if is_ended:
+        return Returns(known, known, np.ones(len(rewards), dtype=np.bool_))
+    weights = gamma ** np.arange(len(rewards), 0, -1)  # of the return after the time limit
+    return Returns(known + weights * tail.worst, known + weights * tail.best, weights <= MAX_UNKNOWN_WEIGHT)

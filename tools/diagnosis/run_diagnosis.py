@@ -11,11 +11,12 @@ import numpy as np
 
 from asddpg.algorithm.agent import AsDDPG
 from asddpg.config import TrainConfig
-from asddpg.episodes.drivers import actor_alone, controller_alone, with_switch
+from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone, with_switch
 from asddpg.episodes.evaluation import StartGoalPair
 from asddpg.episodes.intervals import Estimate
+from tasks.physics import FloatArray
 from tools.diagnosis.drive_metrics import DriveMetrics, QCalibration, drive_metrics, q_calibration
-from tools.diagnosis.returns import FloatArray, Tail, tail_bounds
+from tools.diagnosis.returns import Tail, tail_bounds
 from tools.diagnosis.rollouts import Rollout, critic_values, drive
 from tools.diagnosis.training_metrics import TrainingMetrics
 
@@ -35,11 +36,11 @@ class Snapshot:
 
     step: int
     actor: DriveMetrics
-    switched: DriveMetrics | None
     q_actor: QCalibration
-    q_policy: QCalibration | None
-    q_switched: QCalibration | None
-    q_controller: QCalibration | None
+    switched: DriveMetrics | None = None
+    q_policy: QCalibration | None = None
+    q_switched: QCalibration | None = None
+    q_controller: QCalibration | None = None
 
 
 @dataclass(frozen=True)
@@ -70,35 +71,29 @@ class Examiner:
         self.by_controller = self._drive(controller_alone(agent.controller)) if agent.controller else []
         self.by_actor: list[Rollout] = []  # of the latest snapshot
 
-    def _drive(self, driver: Any) -> list[Rollout]:
+    def _drive(self, driver: FixedDriver) -> list[Rollout]:
         return drive(self._environment, driver, self._pairs, self._config.agent)
 
     def examine_snapshot(self, step: int) -> Snapshot:
         """Metrics of the weights that the agent has now."""
-        self.by_actor = self._drive(actor_alone(self._agent))
-        by_switched = self._drive(with_switch(self._agent)) if self.by_controller else []
-        alone = critic_values(self._agent, self.by_actor)
-        q_switched, q_controller = self._examine_switch(by_switched)
+        agent, task = self._agent, self._config.task
+        self.by_actor = self._drive(actor_alone(agent))
+        actor, q = drive_metrics(self.by_actor, task), critic_values(agent, self.by_actor)
+        q_actor = self._calibrate(q["actor"], self.by_actor)
+        if not self.by_controller:
+            return Snapshot(step, actor, q_actor)
+        by_switched = self._drive(with_switch(agent))
+        q_switched = critic_values(agent, by_switched)
+        q_chosen = np.maximum(q_switched["policy"], q_switched["controller"])
         return Snapshot(
-            step=step,
-            actor=drive_metrics(self.by_actor, self._config.task),
-            switched=drive_metrics(by_switched, self._config.task) if by_switched else None,
-            q_actor=self._calibrate(alone.actor, self.by_actor),
-            q_policy=None if alone.policy is None else self._calibrate(alone.policy, self.by_actor),
-            q_switched=q_switched,
-            q_controller=q_controller,
+            step,
+            actor,
+            q_actor,
+            switched=drive_metrics(by_switched, task),
+            q_policy=self._calibrate(q["policy"], self.by_actor),
+            q_switched=self._calibrate(q_chosen, by_switched),
+            q_controller=self._calibrate(critic_values(agent, self.by_controller)["controller"], self.by_controller),
         )
-
-    def _examine_switch(self, by_switched: Sequence[Rollout]) -> tuple[QCalibration | None, QCalibration | None]:
-        """Q of the driver chosen on the switched policy's states, and Q(controller) on the controller's."""
-        if not by_switched:
-            return None, None
-        switched, alone = critic_values(self._agent, by_switched), critic_values(self._agent, self.by_controller)
-        assert switched.policy is not None
-        assert switched.controller is not None
-        assert alone.controller is not None
-        chosen = np.maximum(switched.policy, switched.controller)
-        return self._calibrate(chosen, by_switched), self._calibrate(alone.controller, self.by_controller)
 
     def _calibrate(self, q: FloatArray, rollouts: Sequence[Rollout]) -> QCalibration:
         return q_calibration(q, rollouts, self._config.agent.gamma, self.tail)

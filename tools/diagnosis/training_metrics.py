@@ -3,13 +3,14 @@
 import csv
 import io
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from asddpg.errors import UserError
+from tasks.physics import FloatArray
 from tools.diagnosis.step_metrics import (
     WINDOWS,
     ByDistance,
@@ -21,8 +22,6 @@ from tools.diagnosis.step_metrics import (
     shares_by_place,
     shares_over_training,
 )
-
-FloatArray = npt.NDArray[np.float64]
 
 EPISODES = 5  # a window, at least, on average
 
@@ -45,9 +44,9 @@ class TrainingMetrics:
     """Metrics of a training; all but `windows` are empty without a step log or a controller."""
 
     windows: Windows
-    preferred: Preferred
-    by_distance: list[ByDistance]
-    by_place: list[Cell]
+    preferred: Preferred = field(default_factory=Preferred)
+    by_distance: list[ByDistance] = field(default_factory=list)
+    by_place: list[Cell] = field(default_factory=list)
 
 
 def read_training_metrics(metrics: Path, steps: Path | None) -> TrainingMetrics:
@@ -58,7 +57,7 @@ def read_training_metrics(metrics: Path, steps: Path | None) -> TrainingMetrics:
     """
     windows = read_windows(metrics)
     if steps is None:
-        return TrainingMetrics(windows, Preferred([], []), [], [])
+        return TrainingMetrics(windows)
     log = read_steps(steps)
     return TrainingMetrics(windows, shares_over_training(log), shares_by_distance(log), shares_by_place(log))
 

@@ -5,7 +5,6 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 
@@ -14,8 +13,7 @@ from asddpg.episodes.evaluation import cell
 from asddpg.episodes.intervals import Estimate
 from asddpg.errors import UserError
 from asddpg.runs.run_folder import RunFolder
-from asddpg.runs.safe_loading import check_packed
-from tools.diagnosis.step_metrics import MAX_UNPACKED_BYTES
+from tools.diagnosis.step_metrics import DAMAGE, read_columns
 
 LAST_EPISODES = 200
 VALIDATIONS_COUNTED = 5
@@ -82,7 +80,7 @@ def read_metrics(run: RunFolder, config: TrainConfig) -> Metrics:
             | {"steps_per_second": config.total_steps / seconds if seconds else None}
             | {"memory_mb": resources["peak_memory_mb"]}
         )
-    except (OSError, EOFError, ValueError, KeyError, TypeError, BadZipFile) as error:
+    except DAMAGE as error:
         raise UserError(f"{run.path} lacks a metric; remove it to train it again") from error
 
 
@@ -123,10 +121,7 @@ def _validation_metrics(rows: Sequence[dict[str, str]]) -> dict[str, float | Non
 
 def _switch_preference(path: Path, config: TrainConfig) -> float | None:
     """Unlike the controller's share, the schedule that takes the controller away does not touch it."""
-    check_packed(path, MAX_UNPACKED_BYTES)
-    last = slice(round(0.9 * config.total_steps), None)
-    # Opened here: of a damaged one np.load leaves its own open.
-    with path.open("rb") as file, np.load(file, allow_pickle=False) as steps:
-        q_policy, q_controller = steps["q_policy"][last], steps["q_controller"][last]
+    q = read_columns(path, ("q_policy", "q_controller"))
+    q_policy, q_controller = (q[name][round(0.9 * config.total_steps) :] for name in ("q_policy", "q_controller"))
     is_known = ~np.isnan(q_policy) & ~np.isnan(q_controller)
     return float(np.mean(q_controller[is_known] > q_policy[is_known])) if is_known.any() else None

@@ -2,6 +2,7 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -129,31 +130,8 @@ def test_damaged_metrics_are_one_sentence(content: str, tmp_path: Path) -> None:
         read_windows(path)
 
 
-def test_a_damaged_step_log_is_one_sentence(tmp_path: Path) -> None:
-    path = tmp_path / "steps.npz"
-    np.savez_compressed(path, **logged())  # type: ignore[arg-type]
-    whole = path.read_bytes()
-    assert set(read_steps(path)) == set(logged())
-    for damaged in (b"", b"no archive", whole[:-40], whole[:200] + bytes(100) + whole[300:]):
-        path.write_bytes(damaged)
-        with pytest.raises(UserError, match=r"steps\.npz is damaged"):
-            read_steps(path)
-    for wrong in ({"x": np.zeros(3)}, {**logged(), "x": np.zeros(3)}):
-        np.savez(path, **wrong)
-        with pytest.raises(UserError, match=r"steps\.npz is damaged"):
-            read_steps(path)
-
-
-def test_a_training_that_has_hardly_begun_has_no_metrics(tmp_path: Path) -> None:
-    (tmp_path / "metrics.csv").write_text("step,steps,controller_share\r\n18,1", newline="")
-    nothing = {name: array[:0] for name, array in logged().items()}
-    np.savez(tmp_path / "steps.npz", **nothing)  # type: ignore[arg-type]
-    found = read_training_metrics(tmp_path / "metrics.csv", tmp_path / "steps.npz")
-    assert found.windows.driven == [None]
-    assert (found.preferred.steps, found.by_place) == ([], [])
-
-
-def logged() -> dict[str, np.ndarray[tuple[int, ...], np.dtype[np.float32]]]:
+@pytest.fixture
+def step_log(tmp_path: Path) -> Path:
     """Near the goal the switch prefers the controller, which drives in the first half alone."""
     count = 400
     near = np.arange(count) % 2 == 1
@@ -161,23 +139,44 @@ def logged() -> dict[str, np.ndarray[tuple[int, ...], np.dtype[np.float32]]]:
         "x": np.where(near, 0.1, -0.1),
         "y": np.zeros(count),
         "distance": np.where(near, 0.7, 2.2),
-        "by_controller": np.where(near & (np.arange(count) < count / 2), 1.0, 0.0),
+        "by_controller": near & (np.arange(count) < count / 2),
         "q_policy": np.where(near, -1.0, 1.0),
         "q_controller": np.zeros(count),
     }
-    return {name: values.astype(np.float32) for name, values in steps.items()}
+    path = tmp_path / "steps.npz"
+    arrays: dict[str, Any] = {name: values.astype(np.float32) for name, values in steps.items()}
+    np.savez_compressed(path, **arrays)
+    return path
 
 
-def test_shares_by_distance_and_place() -> None:
-    quarters = shares_by_distance(logged())
+def test_shares_of_the_controller(step_log: Path) -> None:
+    steps = read_steps(step_log)
+    quarters = shares_by_distance(steps)
     assert [quarter.distances for quarter in quarters] == [[0.75, 2.25]] * 4
     assert [quarter.driven for quarter in quarters] == [[1.0, 0.0]] * 2 + [[0.0, 0.0]] * 2
     assert [quarter.preferred for quarter in quarters] == [[1.0, 0.0]] * 4
-    cells = {(cell.x, cell.y): (cell.steps, cell.driven, cell.preferred) for cell in shares_by_place(logged())}
+    cells = {(cell.x, cell.y): (cell.steps, cell.driven, cell.preferred) for cell in shares_by_place(steps)}
     assert cells == {(-0.2, 0.2): (50, 0.0, 0.0), (0.2, 0.2): (50, 0.0, 1.0)}
+    found = shares_over_training(steps)
+    assert (found.shares, found.steps[:2]) == ([0.5] * 40, [5.0, 15.0])
 
 
-def test_what_the_switch_prefers_over_training() -> None:
-    found = shares_over_training(logged())
-    assert found.shares == [0.5] * 40
-    assert found.steps[:2] == [5.0, 15.0]
+def test_a_damaged_step_log_is_one_sentence(step_log: Path) -> None:
+    whole, steps = step_log.read_bytes(), dict(read_steps(step_log))
+    for damaged in (b"", b"no archive", whole[:-40], whole[:200] + bytes(100) + whole[300:]):
+        step_log.write_bytes(damaged)
+        with pytest.raises(UserError, match=r"steps\.npz is damaged"):
+            read_steps(step_log)
+    for wrong in ({"x": np.zeros(3)}, {**steps, "x": np.zeros(3)}):
+        np.savez(step_log, **wrong)
+        with pytest.raises(UserError, match=r"steps\.npz is damaged"):
+            read_steps(step_log)
+
+
+def test_a_training_that_has_hardly_begun_has_no_metrics(step_log: Path, tmp_path: Path) -> None:
+    (tmp_path / "metrics.csv").write_text("step,steps,controller_share\r\n18,1", newline="")
+    nothing: dict[str, Any] = {name: values[:0] for name, values in read_steps(step_log).items()}
+    np.savez(step_log, **nothing)
+    found = read_training_metrics(tmp_path / "metrics.csv", step_log)
+    assert found.windows.driven == [None]
+    assert (found.preferred.steps, found.by_place) == ([], [])

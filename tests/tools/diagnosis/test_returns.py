@@ -31,8 +31,8 @@ def test_after_a_time_limit_the_worst_or_the_best_may_follow() -> None:
     ("reward", "worst", "best"),
     [
         # Standing for ever costs 0.05 / (1 − 0.99) = 5, a crash 4 or 6; at best the goal comes at once.
-        (Reward(time_penalty=0.05, crash=-4.0, reach=3.0), -5.0, 3.0),
-        (Reward(time_penalty=0.05, crash=-6.0, reach=3.0), -6.0, 3.0),
+        (Reward(progress=0.0, time_penalty=0.05, crash=-4.0, reach=3.0), -5.0, 3.0),
+        (Reward(progress=0.0, time_penalty=0.05, crash=-6.0, reach=3.0), -6.0, 3.0),
         # 0.5 m/s · 0.2 s = 0.1 m a step nearer or farther, less 0.01, for ever.
         (Reward(progress=1.0, time_penalty=0.01, crash=-5.0, reach=5.0), -11.0, 9.0),
     ],
@@ -43,5 +43,5 @@ def test_the_rewards_bounds(reward: Reward, worst: float, best: float) -> None:
 
 
 def test_the_controllers_price_may_follow_too() -> None:
-    config = TrainConfig(reward=Reward(), agent=LearningConfig(controller_price=0.05))
+    config = TrainConfig(reward=Reward(progress=0.0, time_penalty=0.05), agent=LearningConfig(controller_price=0.05))
     assert tail_bounds(config).worst == pytest.approx(-10.0)

@@ -58,8 +58,8 @@ def test_the_table_states_it_once_enough_settings_have_all_seeds(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    arguments = ["imitation", "n_steps", "annealing", "withdrawal", "seeds=100,101", "steps=1000", "rule_out=none"]
-    grid = ablation.make_grid(ablation.parse(arguments))
+    arguments = ["imitation", "n_steps", "annealing", "withdrawal", "seeds=100,101", "steps=1000", "rule_out=null"]
+    grid = ablation.make_grid(*ablation.parse(arguments))
     names = ["paper", "paper_with_imitation", "paper_with_n_steps", "paper_with_annealing", "paper_with_withdrawal"]
     for offset, name in enumerate(names[:4]):
         finish_group(ablation.FOLDER, grid[name], [0.5, 0.5 + 0.01 * offset])

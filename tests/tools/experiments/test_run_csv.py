@@ -18,7 +18,7 @@ from tools.experiments.run_store import RunStore
 from tools.experiments.runs import WITHOUT_EFFECT, Group, digest, flatten
 
 GROUP = Group("nav_empty", ("task=nav_empty",), 1000, (0, 1, 2))
-DDPG = Group("DDPG", ("task=nav_empty", "agent=ddpg", "controller.gains=[2, 1]"), 1000, (0,))
+DDPG = Group("DDPG", ("task=nav_empty", "agent=ddpg", "controller.gains=[2,1]"), 1000, (0,))
 GROUPS = {"empty": GROUP, "ddpg": DDPG}
 
 
@@ -89,8 +89,8 @@ def test_the_ablation_trains_what_is_not_published(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(ablation, "TABLE", tmp_path / "published.csv")
-    arguments = ["imitation", "seeds=100,101", "steps=1000", "rule_out=none"]
-    grid = ablation.make_grid(ablation.parse(arguments))
+    arguments = ["imitation", "seeds=100,101", "steps=1000", "rule_out=null"]
+    grid = ablation.make_grid(*ablation.parse(arguments))
     finish_group(ablation.FOLDER, grid["default"], [0.9, 0.8])
     ablation.main(["table", *arguments])
     (ablation.FOLDER / "table.csv").rename(ablation.TABLE)

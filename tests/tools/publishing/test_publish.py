@@ -155,13 +155,13 @@ def test_damaged_weights(published: PretrainedFolder) -> None:
     content = published.weights.read_bytes()
     for damaged in (b"", b"nonsense", content[: len(content) // 2], content + b"more"):
         published.weights.write_bytes(damaged)
-        with pytest.raises(UserError, match="damaged or not a policy"):
+        with pytest.raises(UserError, match="damaged or not a file of weights"):
             load_policy("mine")
     save_file(weights, published.weights)
-    with pytest.raises(UserError, match="damaged or not a policy"):
+    with pytest.raises(UserError, match="damaged or not a file of weights"):
         load_policy("mine")
     torch.save(weights, published.weights)
-    with pytest.raises(UserError, match="damaged or not a policy"):
+    with pytest.raises(UserError, match="damaged or not a file of weights"):
         load_policy("mine")
 
 
