@@ -84,15 +84,19 @@ class Controller(Protocol):
         """The action for a flat observation, within the action space, physical units: float32 (action_size,)."""
 
 
-@runtime_checkable
-class StatefulController(Controller, Protocol):
-    """A controller with a memory of earlier observations."""
+class Stateful(Protocol):
+    """Something whose state can be saved."""
 
     def state(self) -> Mapping[str, Any]:
-        """Its memory: plain values and arrays."""
+        """All that its next steps depend on: plain values and arrays."""
 
-    def load_state(self, state: Mapping[str, Any]) -> None:
-        """Restore what state() returned."""
+    def load_state(self, state: Mapping[str, Any]) -> Any:
+        """Restore what state() returned; an environment returns observation and info of that instant."""
+
+
+@runtime_checkable
+class StatefulController(Controller, Stateful, Protocol):
+    """A controller with a memory of earlier observations."""
 
 
 class Observer(Protocol):

@@ -6,28 +6,12 @@ from typing import Any, Protocol
 
 from asddpg.episodes.finite_check import check_finite, check_step
 from asddpg.episodes.loop import EpisodeInProgress
-from asddpg.episodes.protocols import Agent, Environment, Observation, Observer
+from asddpg.episodes.protocols import Agent, Environment, Observer, Stateful
 from asddpg.episodes.random_streams import stream
 
 
-class StatefulEnvironment(Protocol):
-    """The part of NavigationEnv that saves and restores."""
-
-    def state(self) -> dict[str, Any]:
-        """All that its next steps depend on."""
-
-    def load_state(self, state: Mapping[str, Any]) -> tuple[Observation, dict[str, Any]]:
-        """Restore what state() returned; returns observation and info of that instant."""
-
-
-class LearningAgent(Agent, Protocol):
+class LearningAgent(Agent, Stateful, Protocol):
     """An agent that learns and whose state can be saved."""
-
-    def state(self) -> dict[str, Any]:
-        """All that its next steps depend on."""
-
-    def load_state(self, state: Mapping[str, Any]) -> None:
-        """Restore what state() returned."""
 
 
 class TrainingEpisodes:
@@ -39,9 +23,7 @@ class TrainingEpisodes:
         restored: observation and info of the instant at which a resumed episode goes on.
     """
 
-    def __init__(
-        self, environment: Environment, stateful: StatefulEnvironment, agent: LearningAgent, seed: int
-    ) -> None:
+    def __init__(self, environment: Environment, stateful: Stateful, agent: LearningAgent, seed: int) -> None:
         """Begin a training.
 
         Args:

@@ -1,14 +1,15 @@
 """The progress bar."""
 
 import sys
-from collections.abc import Iterable, Mapping
-from typing import SupportsFloat
+from collections.abc import Iterable, Mapping, Sequence
+from typing import SupportsFloat, TypeVar
 
 from tqdm import tqdm
 
 from asddpg.episodes.protocols import Driver, Episode, Observer, Step
 from asddpg.observers.metrics_log import RecentOutcomes
 
+T = TypeVar("T")
 ON_TERMINAL, IN_FILE = 0.5, 10.0  # seconds between two states; a file keeps every one of them
 
 
@@ -49,16 +50,6 @@ class ProgressBar(Observer):
         self._bar.close()
 
 
-class EpisodeBar(Observer):
-    """Counts episodes of an evaluation."""
-
-    def __init__(self, total_episodes: int) -> None:
-        self._bar = tqdm(total=total_episodes, unit=" episodes", leave=False, mininterval=_interval())
-
-    def end_episode(self, episode: Episode) -> None:
-        """Move on by one."""
-        self._bar.update()
-
-    def close(self) -> None:
-        """Remove the bar."""
-        self._bar.close()
+def count_episodes(pairs: Sequence[T]) -> Iterable[T]:
+    """The pairs of an evaluation, with a bar that counts them as they are driven."""
+    return tqdm(pairs, unit=" episodes", leave=False, mininterval=_interval())

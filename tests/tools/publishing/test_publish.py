@@ -25,8 +25,7 @@ from asddpg.runs.pretrained import PretrainedFolder, load_policy, open_pretraine
 from asddpg.runs.run_folder import RunFolder, read_training
 from tests.support import pretrained_checks
 from tools import publish
-from tools.publishing.card import _snippet
-from tools.publishing.command_arguments import arguments_of
+from tools.publishing.card import _snippet, arguments_of
 
 WORDS = ["task=nav_empty", "agent=asddpg_paper", "reward=sparse", "network=fc2x100", "controller.gains=[2,1.5]"]
 WORDS += ["agent.actor_learning_rate=1e-05", "agent.annealing=0.5", "exploration.decay=0"]
