@@ -16,7 +16,7 @@ import gymnasium
 from asddpg.algorithm.agent import AsDDPG
 from asddpg.build import controller_for, make_agent, make_environment, prepare_torch
 from asddpg.config import ControllerConfig, TrainConfig
-from asddpg.episodes.drivers import actor_alone, controller_alone, with_switch
+from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone
 from asddpg.episodes.evaluation import EvaluationResult, evaluate, table
 from asddpg.errors import UserError
 from asddpg.observers.progress import count_episodes
@@ -148,7 +148,7 @@ def _test(
     pairs = stored_pairs(config.task.name, "test", config.task.goal_radius)[:episodes]
     drivers = {"actor": actor_alone(agent)}
     if agent.controller is not None:
-        drivers["switch"] = with_switch(agent)
+        drivers["switch"] = FixedDriver(agent.decide_greedily)
     drivers["controller"] = controller_alone(controller_for(environment, config.controller))
     logs = {title: EndingsLog() for title in drivers}
     results = {

@@ -13,25 +13,17 @@ LOSSES = ("critic_loss", "switch_loss", "policy_loss")  # a TD error may be NaN:
 
 
 class NotFiniteError(Exception):
-    """A number of a training is NaN or infinite; the message says which."""
+    """A number of a training is NaN or infinite; the message says which. All checks of this module raise it."""
 
 
 def check_finite(name: str, numbers: npt.NDArray[np.float32]) -> None:
-    """See that an array, called by that name, is finite.
-
-    Raises:
-        NotFiniteError: it holds NaN or an infinite number.
-    """
+    """See that an array, called by that name, is finite."""
     if not np.isfinite(numbers).all():
         raise NotFiniteError(f"{name} holds {numbers[~np.isfinite(numbers)][0]}")
 
 
 def check_step(step: Step, learned: Mapping[str, SupportsFloat]) -> None:
-    """See that a step's action, observation, reward and losses are finite.
-
-    Raises:
-        NotFiniteError: one of them is NaN or infinite.
-    """
+    """See that a step's action, observation, reward and losses are finite."""
     check_finite("the action", step.decision.action)
     check_finite("the observation", step.next_observation)
     if not math.isfinite(step.reward):
@@ -42,11 +34,7 @@ def check_step(step: Step, learned: Mapping[str, SupportsFloat]) -> None:
 
 
 def check_weights(are_finite: Mapping[str, bool]) -> None:
-    """See that the weights of each network, by its name, are finite.
-
-    Raises:
-        NotFiniteError: those of one are not.
-    """
+    """See that the weights of each network, by its name, are finite."""
     for name, is_finite in are_finite.items():
         if not is_finite:
             raise NotFiniteError(f"a weight of {name} is not finite")

@@ -1,6 +1,6 @@
 """The plots of a diagnosis, each a file; docs/guides/diagnosis.md shows them and says how to read them."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +15,6 @@ from tools.diagnosis.run_diagnosis import Diagnosis
 from tools.diagnosis.step_metrics import CELL
 from tools.drawing.plot_style import ACTOR, CONTROLLER, FOURTH, QUARTER_COLOURS, SHARES, SWITCHED, THIRD, Sheet, Style
 from tools.drawing.room_map import FAILURES, LOOKS, draw_cells, draw_ends, draw_room, legend_under
-
-Estimates = Iterable[tuple[float | None, float | None, float | None]]  # value, low, high
 
 TRAINING_STEP = "training step (thousands)"
 DISTANCES = (0.3, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)  # m, ticks of a logarithmic scale
@@ -56,21 +54,15 @@ def _drivers(diagnosis: Diagnosis) -> dict[Style, list[DriveMetrics]]:
     return drivers | ({SWITCHED: switched} if switched else {})
 
 
-def _curve(axes: Axes, style: Style, x: Sequence[float], estimates: Estimates) -> None:
-    """Draw values over x as a line, with a band from low to high; None leaves a gap."""
-    value, low, high = np.array(list(estimates), dtype=float).reshape(-1, 3).T
-    axes.fill_between(x, low, high, color=style.colour, alpha=0.15, linewidth=0)
-    style.line(axes, x, value)
-
-
 def _outcomes(diagnosis: Diagnosis) -> Sheet:
     sheet = Sheet(_title(diagnosis, "Outcomes over training"), columns=3)
     panels = {"success_rate": "reached", "collision_rate": "crashed", "timeout_rate": "timed out"}
     for axes, (field, title) in zip(sheet.axes, panels.items(), strict=True):
         for style, metrics in _drivers(diagnosis).items():
-            _curve(axes, style, _steps(diagnosis), [getattr(each, field) for each in metrics])
+            style.band(axes, _steps(diagnosis), [getattr(each, field) for each in metrics])
         if diagnosis.controller is not None:
-            CONTROLLER.level(axes, getattr(diagnosis.controller, field).value)
+            level = getattr(diagnosis.controller, field).value
+            axes.axhline(level, color=CONTROLLER.colour, linestyle="--", label=CONTROLLER.name)
         axes.set(title=title, xlabel=TRAINING_STEP, ylim=(-0.02, 1.02))
     sheet.axes[0].set_ylabel("share of episodes")
     sheet.legend_below()
@@ -90,13 +82,12 @@ def _controller_share(diagnosis: Diagnosis, obstacles: Obstacles) -> Sheet:
 
 def _share_over_training(axes: Axes, diagnosis: Diagnosis) -> None:
     windows, preferred = diagnosis.training.windows, diagnosis.training.preferred
-    driven = np.array(windows.driven, dtype=float)
-    axes.plot(_thousands(windows.steps), driven, color="0.45", marker=".", ms=3, label="driven in training")
+    Style("driven in training", "0.45", ".").line(axes, _thousands(windows.steps), windows.driven, size=3)
     if preferred.steps:
         steps = _thousands(preferred.steps)
-        axes.plot(steps, preferred.shares, color=CONTROLLER.colour, marker="^", ms=3, label="preferred in training")
+        CONTROLLER.named("preferred in training").line(axes, steps, preferred.shares, size=3)
     shares = [metrics.controller_share for metrics in _drivers(diagnosis)[SWITCHED]]
-    SWITCHED.line(axes, _steps(diagnosis), shares, "driven in validation")
+    SWITCHED.named("driven in validation").line(axes, _steps(diagnosis), shares)
     axes.set(title="over training", xlabel=TRAINING_STEP, ylabel="share of the steps")
     _leave_space_above(axes)
     axes.legend(loc="upper center", fontsize="small")
@@ -104,7 +95,7 @@ def _share_over_training(axes: Axes, diagnosis: Diagnosis) -> None:
 
 def _preferred_by_distance(axes: Axes, diagnosis: Diagnosis) -> None:
     for part, colour in zip(diagnosis.training.by_distance, QUARTER_COLOURS, strict=True):
-        axes.plot(part.distances, part.preferred, color=colour, marker="o", ms=3, label=f"quarter {part.quarter}")
+        Style(f"quarter {part.quarter}", colour, "o").line(axes, part.distances, part.preferred, size=3)
     axes.set(title="preferred, by distance", xlabel="distance to the goal (m)")
     _leave_space_above(axes)
     axes.legend(title="of training", loc="upper center", ncols=2, fontsize="small", title_fontsize="small")
@@ -130,9 +121,9 @@ def _q_values(diagnosis: Diagnosis) -> Sheet:
     for above, below, (title, curves) in zip(upper, lower, columns.items(), strict=True):
         for field, style in curves.items():
             bins = getattr(last, field).bins
-            _curve(above, style, [each.q for each in bins], [(each.mean, each.low, each.high) for each in bins])
+            style.band(above, [each.q for each in bins], [(each.mean, each.low, each.high) for each in bins])
             found: list[QCalibration] = [getattr(snapshot, field) for snapshot in diagnosis.snapshots]
-            _curve(below, style, _steps(diagnosis), [(each.bias, each.bias_low, each.bias_high) for each in found])
+            style.band(below, _steps(diagnosis), [(each.bias, each.bias_low, each.bias_high) for each in found])
         above.set(title=f"{title}, step {last.step}", xlabel="Q (mean of a tenth of the states)")
         below.axhline(0.0, color="0.6", linewidth=0.8, zorder=0)
         below.set(xlabel=TRAINING_STEP)
@@ -180,7 +171,7 @@ def _actions(diagnosis: Diagnosis) -> Sheet:
     }
     for axes, (driver, metrics) in zip(sheet.axes, drivers.items(), strict=True):
         for field, style in fields.items():
-            style.line(axes, _steps(diagnosis), np.array([getattr(each, field) for each in metrics], dtype=float))
+            style.line(axes, _steps(diagnosis), [getattr(each, field) for each in metrics])
         axes.set(title=driver.name, xlabel=TRAINING_STEP, ylim=(-0.02, 1.02))
     sheet.axes[0].set_ylabel("share of steps")
     sheet.legend_below()
@@ -228,7 +219,7 @@ def _td_errors(diagnosis: Diagnosis) -> Sheet:
     if diagnosis.controller is not None:
         errors[CONTROLLER.named("samples of the controller")] = training.td_controller
     for style, values in errors.items():
-        style.line(axes, _thousands(training.steps), np.array(values, dtype=float))
+        style.line(axes, _thousands(training.steps), values)
     axes.set(xlabel=TRAINING_STEP, ylabel=r"mean $|y^A - Q^A|$ in a batch")
     axes.set_ylim(bottom=0.0)
     axes.legend()

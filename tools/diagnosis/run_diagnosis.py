@@ -11,7 +11,7 @@ import numpy as np
 
 from asddpg.algorithm.agent import AsDDPG
 from asddpg.config import TrainConfig
-from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone, with_switch
+from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone
 from asddpg.episodes.evaluation import StartGoalPair
 from asddpg.episodes.intervals import Estimate
 from tasks.physics import FloatArray
@@ -45,7 +45,7 @@ class Snapshot:
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """All metrics of a run; goal_radius in metres."""
+    """All metrics of a run, as in diagnosis.json; goal_radius in metres."""
 
     run: str
     task: str
@@ -60,31 +60,58 @@ class Diagnosis:
 
 
 class Examiner:
-    """Drives the start-goal pairs, snapshot by snapshot."""
+    """Drives the start-goal pairs, snapshot by snapshot.
+
+    Attributes:
+        diagnosis: the metrics so far.
+        by_actor: the actor's episodes with the latest snapshot.
+    """
 
     def __init__(
-        self, config: TrainConfig, environment: gymnasium.Env, agent: AsDDPG, pairs: Sequence[StartGoalPair]
+        self,
+        run: str,
+        config: TrainConfig,
+        agent: AsDDPG,
+        environment: gymnasium.Env,
+        pairs: Sequence[StartGoalPair],
+        training: TrainingMetrics,
     ) -> None:
         """Drive the controller alone once, if there is one: it does not depend on the snapshot."""
         self._config, self._environment, self._agent, self._pairs = config, environment, agent, pairs
-        self.tail = tail_bounds(config)
-        self.by_controller = self._drive(controller_alone(agent.controller)) if agent.controller else []
-        self.by_actor: list[Rollout] = []  # of the latest snapshot
+        self._by_controller = self._drive(controller_alone(agent.controller)) if agent.controller else []
+        self.by_actor: list[Rollout] = []
+        self.diagnosis = Diagnosis(
+            run=run,
+            task=config.task.name,
+            agent=config.agent.name,
+            episodes=len(pairs),
+            gamma=config.agent.gamma,
+            goal_radius=config.task.goal_radius,
+            tail=tail_bounds(config),
+            controller=drive_metrics(self._by_controller, config.task) if self._by_controller else None,
+            snapshots=[],
+            training=training,
+        )
 
     def _drive(self, driver: FixedDriver) -> list[Rollout]:
         return drive(self._environment, driver, self._pairs, self._config.agent)
 
     def examine_snapshot(self, step: int) -> Snapshot:
-        """Metrics of the weights that the agent has now."""
+        """Add the metrics of the weights that the agent has now, those after `step` training steps."""
+        self.diagnosis.snapshots.append(self._examine(step))
+        return self.diagnosis.snapshots[-1]
+
+    def _examine(self, step: int) -> Snapshot:
         agent, task = self._agent, self._config.task
         self.by_actor = self._drive(actor_alone(agent))
         actor, q = drive_metrics(self.by_actor, task), critic_values(agent, self.by_actor)
         q_actor = self._calibrate(q["actor"], self.by_actor)
-        if not self.by_controller:
+        if not self._by_controller:
             return Snapshot(step, actor, q_actor)
-        by_switched = self._drive(with_switch(agent))
+        by_switched = self._drive(FixedDriver(agent.decide_greedily))
         q_switched = critic_values(agent, by_switched)
         q_chosen = np.maximum(q_switched["policy"], q_switched["controller"])
+        q_alone = critic_values(agent, self._by_controller)["controller"]
         return Snapshot(
             step,
             actor,
@@ -92,27 +119,11 @@ class Examiner:
             switched=drive_metrics(by_switched, task),
             q_policy=self._calibrate(q["policy"], self.by_actor),
             q_switched=self._calibrate(q_chosen, by_switched),
-            q_controller=self._calibrate(critic_values(agent, self.by_controller)["controller"], self.by_controller),
+            q_controller=self._calibrate(q_alone, self._by_controller),
         )
 
     def _calibrate(self, q: FloatArray, rollouts: Sequence[Rollout]) -> QCalibration:
-        return q_calibration(q, rollouts, self._config.agent.gamma, self.tail)
-
-    def diagnosis(self, run: str, snapshots: list[Snapshot], training: TrainingMetrics) -> Diagnosis:
-        """The metrics of snapshots, training and controller together."""
-        config, by_controller = self._config, self.by_controller
-        return Diagnosis(
-            run=run,
-            task=config.task.name,
-            agent=config.agent.name,
-            episodes=len(self._pairs),
-            gamma=config.agent.gamma,
-            goal_radius=config.task.goal_radius,
-            tail=self.tail,
-            controller=drive_metrics(by_controller, config.task) if by_controller else None,
-            snapshots=snapshots,
-            training=training,
-        )
+        return q_calibration(q, rollouts, self._config.agent.gamma, self.diagnosis.tail)
 
 
 def to_json(value: Any) -> Any:

@@ -13,8 +13,8 @@ from asddpg.episodes.evaluation import ROWS, cell, evaluate
 from asddpg.episodes.intervals import Estimate
 from asddpg.runs.run_folder import write_json
 from tasks.evaluation_pairs import stored_pairs
-from tools.experiments.markdown import markdown
 from tools.experiments.runs import current_scene, differences, digest
+from tools.experiments.tables import markdown
 
 SHOWN = {name: row for name, row in ROWS.items() if name != "metric"}
 

@@ -12,7 +12,7 @@ from asddpg.episodes.evaluation import ROWS, EvaluationResult, cell
 from asddpg.options.values import write_value
 from tasks import gymnasium_id
 from tasks.options import options_of
-from tools.experiments.markdown import markdown
+from tools.experiments.tables import markdown
 
 _CARD = Template("""\
 # $name

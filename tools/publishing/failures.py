@@ -8,7 +8,7 @@ from typing import SupportsFloat
 
 from asddpg.episodes.protocols import Episode, Observer, Step
 from tasks.room_geometry.held_out import Pair
-from tools.experiments.markdown import markdown
+from tools.experiments.tables import markdown
 
 OUTCOME_TITLES = {"reached": "reached", "crashed": "crashed", "timeout": "timed out"}
 NEAR = 1.0  # m from the goal

@@ -9,7 +9,7 @@ import pytest
 
 from tests.support.fake_runs import finish_group
 from tools import ablation
-from tools.experiments.chance import chance
+from tools.experiments.ablation_table import chance
 
 SIGMA = 0.05
 

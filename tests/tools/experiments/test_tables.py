@@ -11,11 +11,10 @@ from asddpg.episodes.intervals import Estimate
 from asddpg.errors import UserError
 from asddpg.runs.provenance import environment_hash
 from tests.support.fake_runs import finish, finish_group
-from tools.experiments.markdown import markdown
 from tools.experiments.run_metrics import METRICS, Metrics
 from tools.experiments.run_store import RunStore
 from tools.experiments.runs import Group, current_scene
-from tools.experiments.tables import describe_provenance, runs_table
+from tools.experiments.tables import describe_provenance, markdown, runs_table
 
 GROUP = Group("nav_empty", ("task=nav_empty",), 1000, (0, 1, 2))
 DDPG = Group("DDPG", ("task=nav_empty", "agent=ddpg"), 1000, (0,))
