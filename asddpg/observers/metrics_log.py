@@ -57,7 +57,6 @@ class MetricsLog(Observer):
         before = read_rows(metrics)
         self._recent = RecentOutcomes(row["outcome"] for row in before)
         self._finished_steps, self._episodes = int(before[-1]["step"]) if before else 0, len(before)
-        self._steps = self._finished_steps
         self._metrics_file, self._metrics = _appended(metrics, COLUMNS)
         with closed_on_error(self._metrics_file):
             self._timing_file, self._timing = _appended(timing, ("step", "seconds", "steps_per_second"))
@@ -71,14 +70,12 @@ class MetricsLog(Observer):
         return time.perf_counter() - self._begun
 
     def state(self) -> dict[str, Any]:
-        """Of the episode in progress: its steps and what was learned in it."""
-        learned = {name: np.array(list(map(float, values))) for name, values in self._learned.items()}
-        return {"steps": self._steps - self._finished_steps, "learned": learned}
+        """What was learned in the episode in progress."""
+        return {name: np.array(list(map(float, values))) for name, values in self._learned.items()}
 
     def load_state(self, state: Mapping[str, Any]) -> None:
         """Go on in the middle of an episode, with what state() returned."""
-        self._steps = self._finished_steps + state["steps"]
-        self._learned = {name: values.tolist() for name, values in state["learned"].items()}
+        self._learned = {name: values.tolist() for name, values in state.items()}
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
         """Reset the means."""
@@ -86,17 +83,16 @@ class MetricsLog(Observer):
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
         """Keep what was learned; reading a value here would make a GPU wait."""
-        self._steps += 1
         for name, value in learned.items():
             self._learned.setdefault(name, []).append(value)
 
     def end_episode(self, episode: Episode) -> None:
         """Write the row."""
         self._episodes += 1
-        self._finished_steps = self._steps
+        self._finished_steps += episode.steps
         self._recent.append(episode.outcome)
         row: dict[str, Any] = {
-            "step": self._steps,
+            "step": self._finished_steps,
             "episode": self._episodes,
             "outcome": episode.outcome,
             "steps": episode.steps,
@@ -112,9 +108,9 @@ class MetricsLog(Observer):
         self._metrics_file.flush()
         for name in COLUMNS[3:]:
             if name in row:
-                self._tensorboard.add_scalar(f"train/{name}", row[name], self._steps)
+                self._tensorboard.add_scalar(f"train/{name}", row[name], self._finished_steps)
         seconds = self.seconds
-        self._timing.writerow((self._steps, f"{seconds:.3f}", f"{self._steps / seconds:.1f}"))
+        self._timing.writerow((self._finished_steps, f"{seconds:.3f}", f"{self._finished_steps / seconds:.1f}"))
         self._timing_file.flush()
 
     def _means(self) -> dict[str, float]:

@@ -1,6 +1,5 @@
 """Metrics of a finished run: what they are called, and how its files give them."""
 
-import csv
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from asddpg.config import TrainConfig
 from asddpg.episodes.evaluation import cell
 from asddpg.episodes.intervals import Estimate
 from asddpg.errors import UserError
+from asddpg.observers.metrics_log import read_rows
 from asddpg.runs.run_folder import RunFolder
 from tools.diagnosis.step_metrics import DAMAGE, read_columns
 
@@ -72,10 +72,9 @@ def read_metrics(run: RunFolder, config: TrainConfig) -> Metrics:
         seconds = resources["training_seconds"]
         return (
             dict.fromkeys(METRICS)
-            | _training_metrics(_read_rows(run.metrics), config)
+            | _training_metrics(read_rows(run.metrics), config)
             | (_test_metrics(run.test) if config.test_episodes else {})
-            # A short run may end before the first validation falls due.
-            | (_validation_metrics(_read_rows(run.validation)) if run.validation.exists() else {})
+            | _validation_metrics(read_rows(run.validation))  # a short run may have none
             | {"switch_prefers": _switch_preference(run.steps, config) if run.steps.exists() else None}
             | {"steps_per_second": config.total_steps / seconds if seconds else None}
             | {"memory_mb": resources["peak_memory_mb"]}
@@ -84,12 +83,9 @@ def read_metrics(run: RunFolder, config: TrainConfig) -> Metrics:
         raise UserError(f"{run.path} lacks a metric; remove it to train it again") from error
 
 
-def _read_rows(path: Path) -> list[dict[str, str]]:
-    with path.open(newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
-
-
 def _training_metrics(episodes: Sequence[dict[str, str]], config: TrainConfig) -> dict[str, float | None]:
+    if not episodes:
+        raise ValueError("no episodes")
     outcomes = [row["outcome"] for row in episodes if row["outcome"] != "cut"][-LAST_EPISODES:]
     # For the controller's share an episode counts where it ends.
     ends = np.array([int(row["step"]) for row in episodes]) / config.total_steps
@@ -98,10 +94,9 @@ def _training_metrics(episodes: Sequence[dict[str, str]], config: TrainConfig) -
     parts = {f"share_{q + 1}": (q / 4, (q + 1) / 4) for q in range(4)} | {"share_end": (0.9, 1.0)}
     metrics = {"success_training": outcomes.count("reached") / len(outcomes) if outcomes else None}
     for name, (begin, end) in parts.items():
-        is_in = (ends > begin) & (ends <= end)
-        metrics[name] = (
-            float(driven[is_in].sum() / steps[is_in].sum()) if config.agent.assisted and any(is_in) else None
-        )
+        inside = (ends > begin) & (ends <= end)
+        if config.agent.assisted and any(inside):
+            metrics[name] = float(driven[inside].sum() / steps[inside].sum())
     return metrics
 
 

@@ -22,9 +22,14 @@ def _grid(seed: int) -> npt.NDArray[np.float64]:
 
 
 def test_it_is_the_interval_of_a_difference_and_settings_and_seeds_count_for_nothing() -> None:
-    bound = np.mean([chance(_grid(seed).tolist()) for seed in range(300)])
+    """One setting that some seeds fail at moves it little."""
+    grids = [_grid(seed) for seed in range(300)]
+    bound = np.mean([chance(grid.tolist()) for grid in grids])
     known = 1.96 * SIGMA * math.sqrt(2 / 3)  # were the spread known; that it is not widens it by a tenth
     assert bound == pytest.approx(1.1 * known, rel=0.08)
+    for grid in grids:
+        grid[3] = 0.95, 0.88, 0.2
+    assert np.mean([chance(grid.tolist()) for grid in grids]) == pytest.approx(bound, rel=0.15)
 
 
 @pytest.mark.parametrize("settings", [9, 18])
@@ -38,15 +43,6 @@ def test_without_any_effect_it_is_exceeded_as_rarely_as_it_says(settings: int) -
         largest += differences.max() < (chance(grid.tolist(), differences=settings - 1) or 0.0)
     assert one / grids == pytest.approx(0.95, abs=0.015)
     assert 0.95 < largest / grids < 0.99  # the differences share a setting, so this bound is rather wide
-
-
-def test_one_setting_that_some_seeds_fail_at_moves_it_little() -> None:
-    grids = [_grid(seed) for seed in range(100)]
-    before = np.mean([chance(grid.tolist()) for grid in grids])
-    for grid in grids:
-        grid[3] = 0.95, 0.88, 0.2
-    after = np.mean([chance(grid.tolist()) for grid in grids])
-    assert after == pytest.approx(before, rel=0.15)
 
 
 @pytest.mark.parametrize(("settings", "seeds"), [(4, 3), (18, 1), (0, 3)])

@@ -52,33 +52,19 @@ def test_published_runs_are_the_stored_ones_and_are_written_as_they_were_read(tm
     assert (tmp_path / "again.csv").read_text() == path.read_text()
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        ("success_last", "reach"),
-        ("0.7,", "well,"),
-        ("0.7,", "nan,"),
-        ("task=nav_empty", "täsk"),
-    ],
-)
-def test_a_damaged_file_is_one_sentence(change: tuple[str, str], tmp_path: Path) -> None:
-    path = written(tmp_path)
-    text = path.read_text()
-    assert change[0] in text
-    path.write_text(text.replace(*change), encoding="latin-1")
-    with pytest.raises(UserError, match="is not a whole table.csv as these programs write it") as caught:
-        read_csv(path)
-    assert "\n" not in str(caught.value)
-
-
-def test_a_file_cut_short_anywhere_in_its_header_or_last_row_is_one_sentence(tmp_path: Path) -> None:
+def test_a_damaged_file_is_one_sentence(tmp_path: Path) -> None:
+    """Also one that is cut short anywhere in its header or its last row."""
     path = written(tmp_path)
     text = path.read_text().rstrip()
     header, last_row = text.index("\n"), text.rindex("\n") + 1
-    for end in (*range(header), *range(last_row + 1, len(text))):
-        path.write_text(text[:end])
-        with pytest.raises(UserError, match="is not a whole table.csv"):
+    damaged = [text[:end] for end in (*range(header), *range(last_row + 1, len(text)))]
+    changes = ("success_last", "reach"), ("0.7,", "well,"), ("0.7,", "nan,"), ("task=nav_empty", "täsk")
+    for content in (*damaged, *(text.replace(*change) for change in changes)):
+        assert content != text
+        path.write_text(content, encoding="latin-1")
+        with pytest.raises(UserError, match=r"is not a whole table\.csv as these programs write it") as caught:
             read_csv(path)
+        assert "\n" not in str(caught.value)
     path.unlink()
     with pytest.raises(UserError, match="there is no .* with published runs"):
         read_csv(path)

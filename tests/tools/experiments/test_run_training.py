@@ -24,10 +24,14 @@ def pretend(monkeypatch: pytest.MonkeyPatch, script: str) -> None:
     monkeypatch.setattr(run_training, "train_command", lambda _, path, resumes: [*arguments, str(path), str(resumes)])
 
 
-def test_a_run_that_fails_does_not_stop_the_others(
+def test_two_run_at_a_time_and_one_that_fails_does_not_stop_the_others(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    pretend(monkeypatch, "print('here', flush=True); path.mkdir(); sys.exit(3 * ('seed1' in path.name))")
+    script = (
+        "print('here', flush=True); path.mkdir(); busy = path.with_suffix('.busy'); busy.touch(); time.sleep(0.3)\n"
+    )
+    script += "count = len(list(path.parent.glob('*.busy'))); busy.unlink()\n"
+    pretend(monkeypatch, script + "sys.exit(3 * ('seed1' in path.name or count > 2))")
     assert run_training.train(RUNS, tmp_path / "runs") == [RUNS[1]]
     assert len(list((tmp_path / "runs").glob("*/"))) == 4
     assert run_training.log_path(RUNS[1], tmp_path / "runs").read_text() == "here\n"
@@ -35,13 +39,6 @@ def test_a_run_that_fails_does_not_stop_the_others(
     assert "empty, seed 1 FAILED with status 3" in printed
     assert "(4 of 4)" in printed
     assert run_training.describe_exit(-9) == "FAILED, stopped by SIGKILL"
-
-
-def test_two_at_a_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    script = "busy = path.with_suffix('.busy'); busy.touch(); time.sleep(0.3)\n"
-    script += "count = len(list(path.parent.glob('*.busy'))); busy.unlink(); sys.exit(count > 2)"
-    pretend(monkeypatch, script)
-    assert not run_training.train(RUNS, tmp_path)
 
 
 def test_the_command_trains() -> None:
