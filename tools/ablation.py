@@ -60,9 +60,7 @@ def parse(arguments: Sequence[str]) -> tuple[AblationArguments, tuple[str, ...]]
 def make_grid(parsed: AblationArguments, others: Sequence[str]) -> dict[str, Group]:
     """The two roots, and below each the groups that differ from it, or from another group, by one factor.
 
-    Args:
-        parsed: factors, seeds and steps.
-        others: arguments of every run.
+    `others` are arguments of every run.
     """
     _, _, factors = parse_selection(parsed.factors, FACTORS, "factor")
 

@@ -77,10 +77,7 @@ def main(arguments: Sequence[str]) -> None:
 def list_weights(folder: RunFolder, agent: AsDDPG, every: int) -> list[Path]:
     """The weights to diagnose, oldest first: the snapshots, and the last checkpoint if it is newer.
 
-    Args:
-        folder: of the run.
-        agent: loads weights, to find which are newer.
-        every: 2 for every second one, counted from the last.
+    `every` takes each second, third … of them, counted from the last; the agent loads weights, to find which are newer.
 
     Raises:
         UserError: there are none, or the newest are damaged.

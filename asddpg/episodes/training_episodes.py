@@ -24,14 +24,7 @@ class TrainingEpisodes:
     """
 
     def __init__(self, environment: Environment, stateful: Stateful, agent: LearningAgent, seed: int) -> None:
-        """Begin a training.
-
-        Args:
-            environment: where to drive.
-            stateful: the same environment below its wrappers.
-            agent: the driver, which learns.
-            seed: of the run.
-        """
+        """Begin a training with the seed of the run; `stateful` is the same environment below its wrappers."""
         environment.reset(seed=int(stream(seed, "start_goal").integers(2**31)))
         self._environment, self._stateful, self._agent = environment, stateful, agent
         self._episode: EpisodeInProgress | None = None

@@ -28,12 +28,9 @@ class StepLog(Observer):
     """
 
     def __init__(self, rows: Path, columns: Path, episodes: int = 0) -> None:
-        """Open the files.
+        """Open `rows`, which grows during the training; existing rows, of so many episodes, are kept.
 
-        Args:
-            rows: file that grows row by row during the training; existing rows are kept.
-            columns: file that close() writes: the rows as named columns, .npz.
-            episodes: that there were before.
+        close() writes them as named columns to `columns`, .npz.
         """
         self._columns = columns
         self._file = rows.open("a+b")

@@ -21,13 +21,9 @@ DISTANCES = (0.3, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0)  # m, ticks of a logarithmic s
 
 
 def draw(diagnosis: Diagnosis, obstacles: Obstacles, by_actor: Sequence[Rollout], folder: Path) -> None:
-    """Write all plots into a folder; without a controller those of the controller are left out.
+    """Write all plots into a folder; `by_actor` are the actor's episodes with the last snapshot.
 
-    Args:
-        diagnosis: metrics to draw.
-        obstacles: obstacles of the room.
-        by_actor: the actor's episodes with the last snapshot.
-        folder: output folder.
+    Without a controller the plot of its share is left out.
     """
     _outcomes(diagnosis).save(folder / "outcomes.png")
     if diagnosis.controller is not None:

@@ -43,13 +43,9 @@ def tail_bounds(config: TrainConfig) -> Tail:
 
 
 def discounted_returns(rewards: FloatArray, gamma: float, is_ended: bool, tail: Tail) -> Returns:
-    """Σ γ^i r from each step on.
+    """Σ γ^i r from each step on, of the rewards (steps,) of an episode.
 
-    Args:
-        rewards: of an episode's steps, (steps,).
-        gamma: γ.
-        is_ended: whether the episode terminated; otherwise the time limit truncated it.
-        tail: bounds of the return after a time limit.
+    It ended, or the time limit truncated it and a return within `tail` would have followed.
     """
     known = lfilter([1.0], [1.0, -gamma], rewards[::-1])[::-1]
     if is_ended:

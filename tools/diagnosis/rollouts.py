@@ -22,25 +22,15 @@ from tasks.physics import FloatArray
 
 @dataclass(frozen=True)
 class Rollout:
-    """An episode.
+    """An episode; places in metres, world frame."""
 
-    Attributes:
-        outcome: reached, crashed or timeout.
-        goal: metres, world frame.
-        places: of the robot before each step and after the last, (steps + 1, 2), metres, world frame.
-        observations: before each step, float32 (steps, observation_size).
-        actions: executed, (steps, 2), m/s and rad/s.
-        by_controller: whether the controller drove, (steps,).
-        rewards: as the switch learns them, less the price of the controller's steps, (steps,).
-    """
-
-    outcome: str
+    outcome: str  # reached, crashed or timeout
     goal: tuple[float, float]
-    places: FloatArray
-    observations: npt.NDArray[np.float32]
-    actions: FloatArray
-    by_controller: npt.NDArray[np.bool_]
-    rewards: FloatArray
+    places: FloatArray  # of the robot before each step and after the last, (steps + 1, 2)
+    observations: npt.NDArray[np.float32]  # before each step, (steps, observation_size)
+    actions: FloatArray  # executed, (steps, 2), m/s and rad/s
+    by_controller: npt.NDArray[np.bool_]  # whether the controller drove, (steps,)
+    rewards: FloatArray  # as the switch learns them, less the price of the controller's steps, (steps,)
 
 
 class _StepRecorder(Observer):

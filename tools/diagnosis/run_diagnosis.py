@@ -23,24 +23,15 @@ from tools.diagnosis.training_metrics import TrainingMetrics
 
 @dataclass(frozen=True)
 class Snapshot:
-    """Metrics of the weights after `step` training steps; None where there is no switch.
-
-    Attributes:
-        actor: the actor alone.
-        switched: the switched policy: actor or controller, as the switch chooses, without noise.
-        q_actor: Q^A(x, π(x)) against the return of the actor alone.
-        q_policy: Q(x, policy) against the return of the actor alone.
-        q_switched: Q(x, σ) of the σ chosen against the return of the switched policy.
-        q_controller: Q(x, controller) against the return of the controller alone.
-    """
+    """Metrics of the weights after `step` training steps; None where there is no switch."""
 
     step: int
-    actor: DriveMetrics
-    q_actor: QCalibration
-    switched: DriveMetrics | None = None
-    q_policy: QCalibration | None = None
-    q_switched: QCalibration | None = None
-    q_controller: QCalibration | None = None
+    actor: DriveMetrics  # the actor alone
+    q_actor: QCalibration  # Q^A(x, π(x)) against the return of the actor alone
+    switched: DriveMetrics | None = None  # actor or controller, as the switch chooses, without noise
+    q_policy: QCalibration | None = None  # Q(x, policy) against the return of the actor alone
+    q_switched: QCalibration | None = None  # Q(x, σ) of the σ chosen against the return of the switched policy
+    q_controller: QCalibration | None = None  # Q(x, controller) against the return of the controller alone
 
 
 @dataclass(frozen=True)

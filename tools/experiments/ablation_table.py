@@ -14,8 +14,16 @@ from tools.experiments.runs import Group
 from tools.experiments.tables import LEGEND, markdown, mean_cell, missing_note, value_cell
 
 EFFECT_ON = "success_last"
-SHOWN = ["success_last", "collision_last", "success_best", "success_training", "share_end", "switch_prefers"]
-SHOWN += ["last_five", "swing"]
+SHOWN = [
+    "success_last",
+    "collision_last",
+    "success_best",
+    "success_training",
+    "share_end",
+    "switch_prefers",
+    "last_five",
+    "swing",
+]
 EFFECT = Metric("effect on success rate", "{:+.3f}", is_share=False)
 FEWEST_SETTINGS = 5
 EFFICIENCY = 0.37  # of the median magnitude against the mean square, for normal residuals (Rousseeuw and Croux, 1993)
@@ -77,13 +85,12 @@ def _rows(root: str, grid: Mapping[str, Group], results: Results) -> list[list[s
             effects[name] = mean([rate - base[seed] for seed, rate in rates if seed in base])
     # The root first, then the largest effect; those not known yet at the end.
     order = sorted(effects, key=lambda name: (name != root, effects[name].value is None, -(effects[name].value or 0.0)))
-    return [_row(root, name, grid, results[name], effects[name]) for name in order if results[name]]
+    return [_row(grid[name], root, grid, results[name], effects[name]) for name in order if results[name]]
 
 
 def _row(
-    root: str, name: str, grid: Mapping[str, Group], runs: Mapping[int, FinishedRun], effect: Estimate
+    group: Group, root: str, grid: Mapping[str, Group], runs: Mapping[int, FinishedRun], effect: Estimate
 ) -> list[str]:
-    group = grid[name]
     against = f", against {grid[group.reference].title}" if group.reference not in (None, root) else ""
     return [
         group.title + against + missing_note(group, len(runs)),

@@ -128,12 +128,11 @@ def arguments_of(config: TrainConfig) -> list[str]:
 
 
 def _circumstances(facts: Facts) -> str:
-    provenance = dict(facts.provenance)
-    scene = provenance.pop("model_hash")
-    versions = ", ".join(f"{name} {version}" for name, version in provenance.items())
+    versions = ", ".join(f"{name} {version}" for name, version in facts.provenance.items() if name != "model_hash")
     text = (
-        f"Seed {facts.config.seed}, {facts.seconds / 60:.1f} minutes on {facts.config.device}; scene {scene}. With "
-        f"{versions}. On one machine with the same versions the command gives the same weights again."
+        f"Seed {facts.config.seed}, {facts.seconds / 60:.1f} minutes on {facts.config.device}; scene "
+        f"{facts.provenance['model_hash']}. With {versions}. On one machine with the same versions the command gives "
+        "the same weights again."
     )
     return "\n\n".join(_wrapped(part) for part in (text, facts.note) if part)
 
