@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 
+from tasks.physics import FloatArray
 from tasks.room_geometry.obstacles import Obstacles
 from tools.diagnosis.drive_metrics import DriveMetrics, QCalibration
 from tools.diagnosis.rollouts import Rollout
@@ -38,9 +39,9 @@ def _title(diagnosis: Diagnosis, what: str) -> str:
     return f"{what} · {diagnosis.agent} on {diagnosis.task}, {diagnosis.episodes} validation pairs"
 
 
-def _steps(diagnosis: Diagnosis) -> list[float]:
+def _steps(diagnosis: Diagnosis) -> FloatArray:
     """Training steps of the snapshots, thousands."""
-    return [snapshot.step / 1000 for snapshot in diagnosis.snapshots]
+    return np.array([snapshot.step / 1000 for snapshot in diagnosis.snapshots])
 
 
 def _drivers(diagnosis: Diagnosis) -> dict[Style, list[DriveMetrics]]:
@@ -78,9 +79,9 @@ def _controller_share(diagnosis: Diagnosis, obstacles: Obstacles) -> Sheet:
 
 def _share_over_training(axes: Axes, diagnosis: Diagnosis) -> None:
     windows, preferred = diagnosis.training.windows, diagnosis.training.preferred
-    Style("driven in training", "0.45", ".").line(axes, _thousands(windows.steps), windows.driven, size=3)
+    Style("driven in training", "0.45", ".").line(axes, np.array(windows.steps) / 1000, windows.driven, size=3)
     if preferred.steps:
-        steps = _thousands(preferred.steps)
+        steps = np.array(preferred.steps) / 1000
         CONTROLLER.named("preferred in training").line(axes, steps, preferred.shares, size=3)
     shares = [metrics.controller_share for metrics in _drivers(diagnosis)[SWITCHED]]
     SWITCHED.named("driven in validation").line(axes, _steps(diagnosis), shares)
@@ -215,12 +216,8 @@ def _td_errors(diagnosis: Diagnosis) -> Sheet:
     if diagnosis.controller is not None:
         errors[CONTROLLER.named("samples of the controller")] = training.td_controller
     for style, values in errors.items():
-        style.line(axes, _thousands(training.steps), values)
+        style.line(axes, np.array(training.steps) / 1000, values)
     axes.set(xlabel=TRAINING_STEP, ylabel=r"mean $|y^A - Q^A|$ in a batch")
     axes.set_ylim(bottom=0.0)
     axes.legend()
     return sheet
-
-
-def _thousands(steps: Sequence[float]) -> list[float]:
-    return [step / 1000 for step in steps]

@@ -5,6 +5,7 @@ the best that the reward allows, and weighs γ^k for a state k steps earlier. Ea
 states too near the limit are excluded.
 """
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +18,8 @@ from tasks.physics import FloatArray
 MAX_UNKNOWN_WEIGHT = 0.2  # of the unknown rest of a return; 0.99^160
 
 
-class Tail(NamedTuple):
+@dataclass(frozen=True)
+class Tail:
     """The worst and the best return after a time limit."""
 
     worst: float

@@ -126,8 +126,6 @@ def to_json(value: Any) -> Any:
         return None
     if isinstance(value, Estimate):
         return {"value": value.value, "ci95": [value.low, value.high]}
-    if isinstance(value, Tail):
-        return value._asdict()
     if dataclasses.is_dataclass(value):
         return {field.name: to_json(getattr(value, field.name)) for field in dataclasses.fields(value)}
     return [to_json(part) for part in value] if isinstance(value, list) else value

@@ -11,7 +11,10 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
+from tasks.physics import FloatArray
+
 DPI = 120
+Values = Sequence[float] | FloatArray
 
 
 @dataclass(frozen=True)
@@ -26,12 +29,12 @@ class Style:
         """The same style under another name."""
         return replace(self, name=name)
 
-    def line(self, axes: Axes, x: Sequence[float], y: Iterable[float | None], size: int = 4) -> None:
+    def line(self, axes: Axes, x: Values, y: Iterable[float | None], size: int = 4) -> None:
         """Draw a curve with markers of that size, points; None leaves a gap."""
         values = np.array(list(y), dtype=float)
         axes.plot(x, values, color=self.colour, marker=self.marker, ms=size, label=self.name)
 
-    def band(self, axes: Axes, x: Sequence[float], estimates: Iterable[Iterable[float | None]]) -> None:
+    def band(self, axes: Axes, x: Values, estimates: Iterable[Iterable[float | None]]) -> None:
         """Draw a curve of values with a band around it, each estimate being value, low and high."""
         value, low, high = np.array(list(estimates), dtype=float).reshape(-1, 3).T
         axes.fill_between(x, low, high, color=self.colour, alpha=0.15, linewidth=0)
