@@ -31,7 +31,9 @@ FOLDER = Path("runs") / "ablation"
 TABLE = PUBLISHED / "ablation.csv"
 ROOTS = {"default": "agent=asddpg", "paper": "agent=asddpg_paper"}
 SET_BY_GRID = ("run_dir", "seed", "total_steps", "agent")
-SEEDS = Range(lambda seeds: len(set(seeds)) == len(seeds) > 0, "different seeds, at least one")
+SEEDS = Range(
+    lambda seeds: len(set(seeds)) == len(seeds) > 0 <= min(seeds), "one or more seeds, different and 0 or more"
+)
 
 
 @dataclass(frozen=True)
