@@ -46,22 +46,15 @@ def rollout(
 def test_metrics_of_actions() -> None:
     actions = [(0.5, 0.0), (0.0, 0.0), (0.0, FULL), (0.25, -FULL)]
     metrics = drive_metrics([rollout("reached", actions), rollout("crashed", actions)], TaskConfig())
-    assert metrics.saturated_v == 0.75
-    assert metrics.saturated_omega == 0.5
-    assert metrics.standing == 0.25
-    assert metrics.circling == 0.25
+    assert (metrics.saturated_v, metrics.saturated_omega, metrics.standing, metrics.circling) == (0.75, 0.5, 0.25, 0.25)
     assert metrics.controller_share == 0.5
     assert metrics.stuck is None  # no episode lasts 5 s
     assert metrics.ends[1] == End("crashed", 0.0, 0.0, 5.0)
     assert (metrics.success_rate.value, metrics.collision_rate.value, metrics.timeout_rate.value) == (0.5, 0.5, 0.0)
-
-
-def test_still_is_relative_to_the_least_speed() -> None:
-    actions = [(0.05, 0.0), (0.08, 0.0), (0.09, FULL), (0.12, FULL)]
-    metrics = drive_metrics([rollout("timeout", actions)], TaskConfig(min_linear_velocity=0.05))
-    assert (metrics.standing, metrics.circling, metrics.saturated_v) == (0.25, 0.25, 0.25)
-    from_zero = drive_metrics([rollout("timeout", actions)], TaskConfig())
-    assert (from_zero.standing, from_zero.circling) == (0.0, 0.0)
+    slow = [rollout("timeout", [(0.05, 0.0), (0.08, 0.0), (0.09, FULL), (0.12, FULL)])]
+    for least, shares in ((0.05, (0.25, 0.25)), (0.0, (0.0, 0.0))):
+        found = drive_metrics(slow, TaskConfig(min_linear_velocity=least))
+        assert (found.standing, found.circling) == shares
 
 
 def test_a_robot_that_circles_slowly_is_stuck() -> None:
@@ -75,52 +68,39 @@ def test_a_robot_that_circles_slowly_is_stuck() -> None:
 
 
 def test_q_is_compared_with_the_return() -> None:
+    """The time limit makes an interval of the bias."""
     three_steps = rollout("reached", [(0.5, 0.0)] * 3)
-    found = q_calibration(np.array([2.75, 1.5, 1.0]), [three_steps], 0.5, Tail(-8.0, 8.0))
+    found = q_calibration(np.array([2.75, 1.5, 1.0]), [three_steps], 0.5, TAIL)
     assert found.bias == pytest.approx((2.75 - 1.75) / 3)
     assert found.bias_low == found.bias_high == found.bias
     assert (found.states, found.excluded) == (3, 0)
-
-
-def test_the_time_limit_makes_an_interval_of_the_bias() -> None:
-    broken_off = rollout("timeout", [(0.5, 0.0)] * 3)
-    found = q_calibration(np.array([1.75, 100.0, 100.0]), [broken_off], 0.5, Tail(-8.0, 8.0))
+    found = q_calibration(np.array([1.75, 100.0, 100.0]), [rollout("timeout", [(0.5, 0.0)] * 3)], 0.5, TAIL)
     assert (found.states, found.excluded) == (1, 2)
-    assert (found.bias_low, found.bias, found.bias_high) == (-1.0, 0.0, 1.0)
-    nothing = q_calibration(np.array([1.0]), [rollout("timeout", [(0.5, 0.0)])], 0.5, Tail(-8.0, 8.0))
+    assert (found.bias_low, found.bias, found.bias_high) == (-0.5, 0.25, 1.0)
+    nothing = q_calibration(np.array([1.0]), [rollout("timeout", [(0.5, 0.0)])], 0.5, TAIL)
     assert (nothing.states, nothing.bias, nothing.bins) == (0, None, [])
 
 
 def test_a_critic_that_diverged_can_still_be_written() -> None:
-    found = to_json(
-        q_calibration(np.array([np.nan, np.inf]), [rollout("reached", [(0.5, 0.0)] * 2)], 0.5, Tail(-8.0, 8.0))
-    )
+    two_steps = rollout("reached", [(0.5, 0.0)] * 2)
+    found = to_json(q_calibration(np.array([np.nan, np.inf]), [two_steps], 0.5, TAIL))
     assert found["mean_q"] is found["bias"] is None
     assert found["mean_return"] == 1.25
     json.dumps(found, allow_nan=False)
 
 
-def test_windows_of_training(tmp_path: Path) -> None:
+@pytest.mark.parametrize("unfinished", ["", "110", "110,10", "110,10,0.5,0.2"])  # a row that is just being written
+def test_windows_of_training(unfinished: str, tmp_path: Path) -> None:
     path = tmp_path / "metrics.csv"
     shares, errors = [1, 1, 1, 1, 1, 0, 0, 0, 0, 0], ["1", "2", "3", "4", "", "", "", "", "", ""]
     rows = [f"{10 * n},10,{share},{error}" for n, share, error in zip(range(1, 11), shares, errors, strict=True)]
-    path.write_text("\n".join(["step,steps,controller_share,td_error_policy", *rows]) + "\n")
+    header = "step,steps,controller_share,td_error_policy"
+    path.write_text("\r\n".join([header, *rows, unfinished]), newline="")
     windows = read_windows(path)
     assert windows.steps == [25.0, 75.0]
     assert windows.driven == [1.0, 0.0]
     assert windows.td_policy == [2.5, None]
     assert windows.td_controller == [None, None]  # a column that older runs have not
-
-
-@pytest.mark.parametrize("unfinished", ["60", "60,10", "60,10,0.5,0.2"])
-def test_a_row_that_is_just_being_written_is_left_out(unfinished: str, tmp_path: Path) -> None:
-    path = tmp_path / "metrics.csv"
-    rows = [f"{10 * n},10,0,1.0" for n in range(1, 6)]
-    path.write_text("\r\n".join(["step,steps,controller_share,td_error_policy", *rows, ""]), newline="")
-    whole = read_windows(path)
-    path.write_text(path.read_text() + unfinished)
-    assert read_windows(path) == whole
-    assert whole.steps == [25.0]
 
 
 @pytest.mark.parametrize("content", ["step,steps\n1\n", "step,steps\n1,one\n", "step,steps\nnan,1\n", "other\n1\n"])

@@ -90,8 +90,6 @@ def test_the_ablation_trains_what_is_not_published(
     assert "2 published runs stand in for runs of their options." in listed
     ablation.main(["table", *arguments, "published"])
     assert "| default without imitation (of 2, unfinished) | 100 | 0.500 | -0.400 |" in capsys.readouterr().out
-    ablation.main(["list", *arguments])
-    assert "7 runs" in capsys.readouterr().out
 
 
 def test_the_published_runs_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -27,10 +27,8 @@ def pretend(monkeypatch: pytest.MonkeyPatch, script: str) -> None:
 def test_two_run_at_a_time_and_one_that_fails_does_not_stop_the_others(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    script = (
-        "print('here', flush=True); path.mkdir(); busy = path.with_suffix('.busy'); busy.touch(); time.sleep(0.3)\n"
-    )
-    script += "count = len(list(path.parent.glob('*.busy'))); busy.unlink()\n"
+    script = "print('here', flush=True); path.mkdir(); busy = path.with_suffix('.busy'); busy.touch()\n"
+    script += "time.sleep(0.3); count = len(list(path.parent.glob('*.busy'))); busy.unlink()\n"
     pretend(monkeypatch, script + "sys.exit(3 * ('seed1' in path.name or count > 2))")
     assert run_training.train(RUNS, tmp_path / "runs") == [RUNS[1]]
     assert len(list((tmp_path / "runs").glob("*/"))) == 4

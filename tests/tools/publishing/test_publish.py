@@ -5,7 +5,6 @@ import dataclasses
 import io
 import json
 import shutil
-from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -18,7 +17,6 @@ from asddpg import evaluate, train
 from asddpg.build import make_agent, make_environment
 from asddpg.command_line import train_config
 from asddpg.config import TaskConfig
-from asddpg.episodes.protocols import Observation
 from asddpg.errors import UserError
 from asddpg.runs import pretrained, weights_file
 from asddpg.runs.loading import open_trained
@@ -66,12 +64,6 @@ def published(published_once: Path, shelf: Path) -> PretrainedFolder:
     return open_pretrained("mine")
 
 
-def observations(count: int) -> Iterator[Observation]:
-    rng = np.random.default_rng(0)
-    for _ in range(count):
-        yield rng.uniform(-1.0, 1.0, 124).astype(np.float32)
-
-
 @pytest.mark.usefixtures("published")
 def test_a_published_policy_does_what_the_checkpoint_does(finished_run: RunFolder) -> None:
     config, _ = read_training(finished_run.config)
@@ -81,7 +73,7 @@ def test_a_published_policy_does_what_the_checkpoint_does(finished_run: RunFolde
     assert open_trained("pretrained:mine").load_into(shipped) == 300
     policy = load_policy("mine")
     assert policy.step == 300
-    for observation in observations(200):
+    for observation in np.random.default_rng(0).uniform(-1.0, 1.0, (200, 124)).astype(np.float32):
         action = policy.act(observation)
         assert action.dtype == np.float32
         np.testing.assert_array_equal(action, trained.act(observation))
@@ -176,27 +168,24 @@ def test_weights_of_another_agent(stored: str, changed: str, sentence: str, publ
 
 
 @pytest.mark.parametrize(
-    "change",
+    ("name", "values"),
     [
-        {"widths": []},
-        {"widths": [-1, 5]},
-        {"widths": ["a", "b"]},
-        {"widths": 3},
-        {"scan_shape": [3, 2]},
-        {"scan_shape": [3]},
-        {"observation_size": None},
-        {"action_low": [0.0]},
-        {"widths": [64, 64]},
+        ("widths", [[], [-1, 5], ["a", "b"], 3, [64, 64]]),
+        ("scan_shape", [[3, 2], [3]]),
+        ("observation_size", [None]),
+        ("action_low", [[0.0]]),
     ],
 )
-def test_a_header_that_describes_no_network(change: dict[str, object], published: PretrainedFolder) -> None:
+def test_a_header_that_describes_no_network(name: str, values: list[object], published: PretrainedFolder) -> None:
     with safe_open(published.weights, framework="pt") as file:
         header = json.loads(file.metadata()["asddpg_policy"])
-    header["shape"] |= change
-    save_file(load_file(published.weights), published.weights, {"asddpg_policy": json.dumps(header)})
-    with pytest.raises(UserError, match="damaged|another shape") as caught:
-        load_policy("mine")
-    assert "\n" not in str(caught.value)
+    weights = load_file(published.weights)
+    for value in values:
+        changed = header | {"shape": header["shape"] | {name: value}}
+        save_file(weights, published.weights, {"asddpg_policy": json.dumps(changed)})
+        with pytest.raises(UserError, match="damaged|another shape") as caught:
+            load_policy("mine")
+        assert "\n" not in str(caught.value)
 
 
 @pytest.mark.usefixtures("published")
