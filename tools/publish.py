@@ -144,7 +144,7 @@ def _export(
 def _test(
     config: TrainConfig, environment: gymnasium.Env, agent: AsDDPG, episodes: int
 ) -> tuple[dict[str, EvaluationResult], list[DrivenEpisode]]:
-    """Results by who drove, and every drive of the actor alone."""
+    """Results by driver, and the episodes of the actor alone."""
     pairs = stored_pairs(config.task.name, "test", config.task.goal_radius)[:episodes]
     drivers = {"actor": actor_alone(agent)}
     if agent.controller is not None:

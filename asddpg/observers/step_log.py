@@ -52,7 +52,7 @@ class StepLog(Observer):
         """Record the place of the first choice."""
         self._values = array("f")
         self._episode += 1
-        self._where = _where(info)
+        self._where = (*info["pose"][:2], info["distance"])
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
         """Add a row; its place is that before the step, where the choice was made."""
@@ -69,7 +69,7 @@ class StepLog(Observer):
                 _NAN if decision.q_controller is None else decision.q_controller,
             )
         )
-        self._where = _where(step.info)
+        self._where = (*step.info["pose"][:2], step.info["distance"])
 
     def end_episode(self, episode: Episode) -> None:
         """Write its rows."""
@@ -88,8 +88,3 @@ class StepLog(Observer):
         content = io.BytesIO()
         np.savez_compressed(content, **columns)
         write_whole(self._columns, content.getbuffer())
-
-
-def _where(info: Mapping[str, Any]) -> tuple[float, float, float]:
-    x, y, _ = info["pose"]
-    return x, y, info["distance"]

@@ -102,7 +102,7 @@ def _row(
 
 
 def _chance_note(root: str, grid: Mapping[str, Group], results: Results) -> list[str]:
-    """What a difference has to exceed; nothing where too few runs tell it."""
+    """What a difference has to exceed; nothing where there are too few runs."""
     seeds = grid[root].seeds
     rates = [_rates(results[name]) for name in grid if _references(name, grid)[-1] == root]
     complete = [[by_seed[seed] for seed in seeds] for by_seed in rates if set(seeds) <= set(by_seed)]

@@ -81,7 +81,7 @@ def train_command(run: Run, path: Path, resumes: bool) -> list[str]:
 
 
 def describe_exit(status: int) -> str:
-    """A process's exit status in words."""
+    """A process's exit status as text."""
     if status < 0:
         return f"FAILED, stopped by {signal.Signals(-status).name}"
     return f"FAILED with status {status}" if status else "trained"

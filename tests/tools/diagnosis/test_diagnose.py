@@ -67,14 +67,6 @@ def test_the_end_of_a_training_that_went_on_after_its_last_snapshot(run: Path) -
     assert list_weights(folder, agent, 1) == [first]
 
 
-def test_a_training_in_progress_is_diagnosed(run: Path) -> None:
-    (run / "steps.npz").unlink()
-    metrics = run / "metrics.csv"
-    metrics.write_bytes(metrics.read_bytes()[:-30])
-    diagnose.main([f"run={run}", "episodes=1"])
-    assert {path.name for path in (run / "diagnosis").glob("*.png")} == PLOTS
-
-
 def test_a_damaged_step_log_is_named_before_the_driving(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(diagnose, "Examiner", None)  # driving would fail
     (run / "steps.npz").write_bytes(b"half a log")
@@ -94,11 +86,14 @@ def test_ddpg_has_neither_switched_policy_nor_controller(tmp_path: Path) -> None
     assert {snapshot[name] for name in ("switched", "q_policy", "q_switched", "q_controller")} == {None}
 
 
-def test_an_older_run_is_diagnosed_from_what_it_has(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for path in run.glob("checkpoints/step_*"):
+def test_a_run_in_progress_or_without_snapshots_is_diagnosed_from_what_it_has(
+    run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for path in (*run.glob("checkpoints/step_*"), run / "steps.npz"):
         path.unlink()
-    (run / "steps.npz").unlink()
+    (run / "metrics.csv").write_bytes((run / "metrics.csv").read_bytes()[:-30])
     diagnose.main([f"run={run}", "episodes=1"])
+    assert {path.name for path in (run / "diagnosis").glob("*.png")} == PLOTS
     printed = capsys.readouterr().out
     assert "kept no snapshots" in printed
     assert "steps.npz" in printed
@@ -126,13 +121,9 @@ def test_a_run_with_damaged_weights_or_without_any(run: Path) -> None:
         (["run=nowhere"], "nowhere is not the folder of a run"),
     ],
 )
-def test_invalid_arguments_are_one_sentence(
-    arguments: list[str], sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(UserError, match=sentence) as caught:
+def test_invalid_arguments_are_one_sentence(arguments: list[str], sentence: str) -> None:
+    with pytest.raises(UserError, match=sentence):
         diagnose.main(arguments)
-    assert "\n" not in str(caught.value)
 
 
 def test_without_matplotlib_one_sentence_says_what_to_install(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:

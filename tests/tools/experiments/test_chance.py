@@ -66,7 +66,6 @@ def test_the_table_states_it_once_enough_settings_have_all_seeds(
     # Residuals of half the differences, ±(0, 0.005, 0.01, 0.015, 0.02) less their median: their middle magnitude is
     # 0.005, so 0.0074 for a standard deviation, times √(10/4), times √(2/2), times t(0.975, 0.37 · 4) = 6.13 or, for
     # the largest of four, t(0.9936, 0.37 · 4) = 15.6.
-    bound = "two settings of 2 seeds up to 0.072 apart (95 %, from the spread of the 5 settings with all seeds)"
     printed = capsys.readouterr().out
-    assert bound in printed
+    assert "2 seeds up to 0.072 apart (95 %, from the spread of the 5 settings with all seeds)" in printed
     assert "among 4 differences chance gives one of up to 0.183" in printed

@@ -95,14 +95,9 @@ def test_the_ablation_trains_what_is_not_published(
 def test_the_published_runs_are_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """All of them, as the documents' tables show them."""
     monkeypatch.chdir(tmp_path)
-    for program, row, count in (
-        (results, "| nav_complex, sparse, 100k steps, seed 4 | 0.965 | 0.970 |", 42),
-        (
-            ablation,
-            "| default without imitation | 100, 101, 102 | 0.950, 0.880, 0.235 | -0.233 [-1.071, +0.604] |",
-            101,
-        ),
-    ):
+    effect = "| default without imitation | 100, 101, 102 | 0.950, 0.880, 0.235 | -0.233 [-1.071, +0.604] |"
+    of_a_run = "| nav_complex, sparse, 100k steps, seed 4 | 0.965 | 0.970 |"
+    for program, row, count in ((results, of_a_run, 42), (ablation, effect, 101)):
         program.main(["table", "published"])
         text = (program.FOLDER / "table.md").read_text()
         assert row in text
@@ -112,7 +107,7 @@ def test_the_published_runs_are_found(tmp_path: Path, monkeypatch: pytest.Monkey
 
 
 def test_published_runs_were_trained_with_todays_defaults() -> None:
-    """A digest tells nothing of a default that changes: the runs that had the old one must then be trained again."""
+    """A digest does not show a default that changes: the runs that had the old one must then be trained again."""
     before = yaml.safe_load((PUBLISHED / "defaults.yaml").read_text(encoding="utf-8"))
     today = {n: value for n, value in flatten(asdict(TrainConfig())).items() if n.split(".")[0] not in WITHOUT_EFFECT}
     assert before == {name: today.get(name) for name in before}

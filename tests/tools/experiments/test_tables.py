@@ -69,18 +69,11 @@ def test_what_the_switch_prefers_is_counted_in_the_last_tenth_whichever_drove(tm
 
 
 @pytest.mark.parametrize(
-    ("file", "text"),
-    [
-        ("test.json", "{}"),
-        ("test.json", "{"),
-        ("metrics.csv", "a\n1\n"),
-        ("steps.npz", ""),
-        ("steps.npz", "PK\x03\x04"),
-    ],
+    "damage", ["test.json={}", "test.json={", "metrics.csv=a\n1\n", "steps.npz=", "steps.npz=PK\3\4"]
 )
-def test_a_damaged_file_is_one_sentence(file: str, text: str, tmp_path: Path) -> None:
-    path = finish(tmp_path, GROUP.run(0))
-    (path / file).write_text(text)
+def test_a_damaged_file_is_one_sentence(damage: str, tmp_path: Path) -> None:
+    file, _, text = damage.partition("=")
+    (finish(tmp_path, GROUP.run(0)) / file).write_text(text)
     with pytest.raises(UserError, match=r"_seed0_\w+ lacks a metric; remove it to train it again"):
         RunStore(tmp_path).find(GROUP.run(0))
 
@@ -111,8 +104,8 @@ def test_runs_of_another_scene_than_todays_are_named(tmp_path: Path) -> None:
     groups, store, today = {"empty": GROUP}, RunStore(tmp_path), current_scene("nav_empty", 40)
     assert not describe_provenance(groups, store.results(groups))
     finish_group(tmp_path, GROUP, [0.7, 0.8], model_hash=today)
-    said = f"Trained with asddpg 0.0.9; scene nav_empty with 40 beams {today}."
-    assert describe_provenance(groups, store.results(groups)) == said
+    made = f"Trained with asddpg 0.0.9; scene nav_empty with 40 beams {today}."
+    assert describe_provenance(groups, store.results(groups)) == made
     finish(tmp_path, GROUP.run(2), model_hash="fedc")
     warning = f"Not all runs are of today's scene: nav_empty with 40 beams is {today} now."
     assert warning in describe_provenance(groups, store.results(groups))
