@@ -30,6 +30,8 @@ def test_it_is_the_interval_of_a_difference_and_settings_and_seeds_count_for_not
     for grid in grids:
         grid[3] = 0.95, 0.88, 0.2
     assert np.mean([chance(grid.tolist()) for grid in grids]) == pytest.approx(bound, rel=0.15)
+    for too_few in ((4, 3), (18, 1), (0, 3)):
+        assert chance(np.ones(too_few).tolist()) is None
 
 
 @pytest.mark.parametrize("settings", [9, 18])
@@ -43,11 +45,6 @@ def test_without_any_effect_it_is_exceeded_as_rarely_as_it_says(settings: int) -
         largest += differences.max() < (chance(grid.tolist(), differences=settings - 1) or 0.0)
     assert one / grids == pytest.approx(0.95, abs=0.015)
     assert 0.95 < largest / grids < 0.99  # the differences share a setting, so this bound is rather wide
-
-
-@pytest.mark.parametrize(("settings", "seeds"), [(4, 3), (18, 1), (0, 3)])
-def test_too_few_settings_or_seeds_give_none(settings: int, seeds: int) -> None:
-    assert chance(np.ones((settings, seeds)).tolist()) is None
 
 
 def test_the_table_states_it_once_enough_settings_have_all_seeds(

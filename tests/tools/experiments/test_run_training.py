@@ -39,15 +39,12 @@ def test_two_run_at_a_time_and_one_that_fails_does_not_stop_the_others(
     assert run_training.describe_exit(-9) == "FAILED, stopped by SIGKILL"
 
 
-def test_the_command_trains() -> None:
+def test_an_interrupted_run_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     command = run_training.train_command(RUNS[0], Path("here"), resumes=False)
     assert command[1:] == ["-m", "asddpg.train", *GROUP.options, "seed=0", "run_dir=here"]
     own = Run("", ("controller.type=mine:Own", "seed=1"), RUNS[0].config)
     command = run_training.train_command(own, Path("here"), resumes=True)
     assert command[3:] == ["resume=here", "controller.type=mine:Own"]
-
-
-def test_an_interrupted_run_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pretend(monkeypatch, "print('resumes' if sys.argv[2] == 'True' else 'begins')")
     monkeypatch.setattr(run_training, "can_resume", lambda run, _: run is RUNS[0])
     logs = [run_training.log_path(run, tmp_path) for run in RUNS[:2]]

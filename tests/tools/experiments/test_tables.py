@@ -52,13 +52,12 @@ def test_only_the_last_200_episodes_count_and_none_that_was_cut(tmp_path: Path) 
 def test_where_there_is_nothing_to_measure(tmp_path: Path) -> None:
     untested = Group("", ("task=nav_empty", "agent=ddpg", "test_episodes=0"), 1000, (0,))
     path = finish(tmp_path, untested.run(0))
-    (path / "test.json").unlink()
-    (path / "validation.csv").unlink()
+    for name in ("test.json", "validation.csv"):
+        (path / name).unlink()
     found = RunStore(tmp_path).find(untested.run(0))
     assert found
-    assert {name for name, value in found.metrics.items() if value is not None} == {
-        "success_training", "steps_per_second", "memory_mb",
-    }  # fmt: skip
+    measured = {name for name, value in found.metrics.items() if value is not None}
+    assert measured == {"success_training", "steps_per_second", "memory_mb"}
 
 
 def test_what_the_switch_prefers_is_counted_in_the_last_tenth_whichever_drove(tmp_path: Path) -> None:

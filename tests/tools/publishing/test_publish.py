@@ -197,7 +197,9 @@ def test_a_policy_checks_its_observation_and_leaves_the_global_generator_alone()
         policy.act(np.zeros((1, 124), dtype=np.float32))
 
 
-def test_nothing_is_overwritten_unasked(finished_run: RunFolder, published: PretrainedFolder) -> None:
+def test_nothing_is_overwritten_unasked_or_left_half_written(
+    finished_run: RunFolder, published: PretrainedFolder, monkeypatch: pytest.MonkeyPatch
+) -> None:
     before = published.card.read_text()
     arguments = [f"run={finished_run.path}", "name=mine", "episodes=1", "checkpoint=best"]
     with pytest.raises(UserError, match="overwrite=true"):
@@ -206,13 +208,12 @@ def test_nothing_is_overwritten_unasked(finished_run: RunFolder, published: Pret
     publish.main([*arguments, "overwrite=true"])
     assert "`best`" in published.card.read_text()
     assert [path.name for path in published.path.parent.iterdir()] == ["mine"]
-
-
-def test_nothing_is_left_half_written(finished_run: RunFolder, shelf: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    before = published.card.read_text()
     monkeypatch.setattr(publish, "MAX_WEIGHT_BYTES", 1000)
     with pytest.raises(UserError, match=r"0\.\d MB"):
-        publish.main([f"run={finished_run.path}", "name=mine", "episodes=1"])
-    assert not list(shelf.iterdir())
+        publish.main([*arguments, "overwrite=true"])
+    assert published.card.read_text() == before
+    assert [path.name for path in published.path.parent.iterdir()] == ["mine"]
 
 
 @pytest.mark.parametrize(
