@@ -17,7 +17,7 @@ from asddpg.command_line import evaluate_config
 from asddpg.config import EvaluateConfig
 from asddpg.episodes.evaluation import EvaluationResult, evaluate, table
 from asddpg.errors import UserError
-from asddpg.observers.progress import EpisodeBar
+from asddpg.observers.progress import count_episodes
 from asddpg.options.help_text import help_text
 from asddpg.policy_setup import DriverSetup, set_up_driver
 from asddpg.program import run
@@ -38,12 +38,10 @@ def main(arguments: Sequence[str]) -> None:
     folder = unused_folder(setup.evaluation.parent / "evaluated_episodes")
     cameras = make_cameras(config.record, navigation_env(setup.environment))
     recorder = setup.recorder(config.record, folder, pairs_name, tqdm.write, cameras)
-    bar = EpisodeBar(len(pairs))
     try:
-        result = evaluate(setup.environment, setup.driver, pairs, task.control_timestep, (bar, recorder))
+        result = evaluate(setup.environment, setup.driver, count_episodes(pairs), task.control_timestep, (recorder,))
     finally:
         recorder.close()
-        bar.close()
     print(f"{setup.title}, {task.name}, {pairs_name}\n{table({setup.name: result})}")
     write_json(setup.evaluation, _content(config, setup, pairs_name, result))
     print(f"written to {setup.evaluation}")

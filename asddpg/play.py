@@ -37,7 +37,7 @@ def main(arguments: Sequence[str]) -> None:
     seed = int(np.random.SeedSequence().generate_state(1)[0]) if config.seed is None else config.seed
     setup = set_up_driver(config, "play", seed)
     environment = navigation_env(setup.environment)
-    driver = SteeredDriver(environment, setup.drivers, setup.name)
+    driver = SteeredDriver(environment.set_goal, setup.drivers, setup.name)
     folder = unused_folder(setup.evaluation.parent / "played_episodes")
     with ExitStack() as closing:
         cameras = make_cameras(config.record, environment)

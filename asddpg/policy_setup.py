@@ -18,7 +18,7 @@ from asddpg.build import (
 )
 from asddpg.command_line import BASELINES, train_config
 from asddpg.config import ControllerConfig, DriverConfig, RecordEvaluationConfig, TrainConfig
-from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone, random_actor, with_switch
+from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone, random_actor
 from asddpg.episodes.random_streams import stream
 from asddpg.errors import UserError
 from asddpg.recording.pictures.cameras import Cameras
@@ -130,7 +130,7 @@ def _open_run(config: DriverConfig, run: str) -> DriverSetup:
         "controller": controller_alone(controller_for(environment, trained.controller)),
     }
     if agent.controller is not None:
-        drivers["switch"] = with_switch(agent)
+        drivers["switch"] = FixedDriver(agent.decide_greedily)
     if config.driver not in drivers:
         raise UserError("driver=switch needs a run with a controller, and this one is DDPG; driver=actor works")
     if not is_other_task and environment_hash(environment) != opened.provenance.get("model_hash"):

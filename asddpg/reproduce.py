@@ -12,7 +12,7 @@ from asddpg.algorithm.agent import AsDDPG
 from asddpg.build import check_device, make_agent, make_environment, navigation_env, prepare_torch
 from asddpg.config import TrainConfig
 from asddpg.episodes.finite_check import check_weights
-from asddpg.episodes.protocols import Callback, Step
+from asddpg.episodes.protocols import Observer, Step
 from asddpg.episodes.training_episodes import TrainingEpisodes
 from asddpg.errors import NumericalFailure, UserError
 from asddpg.options.help_text import help_text
@@ -53,7 +53,7 @@ def main(arguments: Sequence[str]) -> None:
     if state is not None:
         load_episodes(episodes, state)
     last = LastStep()
-    episodes.observers = [last]
+    episodes.observers.append(last)
     print(f"it was: after step {failure.step} {failure.message}\ndriving from step {episodes.step}", flush=True)
     try:
         _repeat(episodes, agent, config, failure)
@@ -80,7 +80,7 @@ def _repeat(episodes: TrainingEpisodes, agent: AsDDPG, config: TrainConfig, fail
         episodes.drive_step(config.total_steps)  # a step that the simulator did not finish is not counted
 
 
-class LastStep(Callback):
+class LastStep(Observer):
     """Keeps the last step that was finished."""
 
     def __init__(self) -> None:

@@ -14,13 +14,11 @@ from asddpg.config import TrainConfig
 from asddpg.episodes.drivers import actor_alone
 from asddpg.episodes.evaluation import EvaluationResult, evaluate
 from asddpg.episodes.finite_check import check_weights
-from asddpg.episodes.protocols import Observer
 from asddpg.episodes.training_episodes import TrainingEpisodes
 from asddpg.errors import UserError
-from asddpg.observers.metrics_log import MetricsLog, read_rows
+from asddpg.observers.metrics_log import MetricsLog, read_rows, write_validation
 from asddpg.observers.progress import ProgressBar
 from asddpg.observers.step_log import StepLog
-from asddpg.observers.validation_log import write_validation
 from asddpg.recording.live.live_view import LiveView
 from asddpg.recording.pictures.cameras import Cameras
 from asddpg.recording.recorder import Provenance, Recorder, Selection, every_nth
@@ -156,16 +154,15 @@ class Training:
         _close_at_end(self._bar.close, closing)
         recorder = self._make_recorder()
         _close_at_end(recorder.close, closing)
-        observers: list[Observer] = [self._log, self._steps, self._bar, recorder]
+        episodes.observers += [self._log, self._steps, self._bar, recorder]
         if (live := self._parts.live) is not None:
             live.stops = lambda: self._signals.number != 0
-            observers.append(live)
+            episodes.observers.append(live)
         if episodes.is_in_episode:
             self._log.load_state(self._log_states["metrics"])
             self._steps.load_state(self._log_states["steps"])
             if live is not None:
                 live.begin_episode(*episodes.restored)
-        episodes.observers = observers
 
     def _make_recorder(self) -> Recorder:
         """A recorder; of an episode that is resumed it records nothing."""

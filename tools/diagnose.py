@@ -22,8 +22,7 @@ from asddpg.runs.run_folder import RunFolder, open_run_folder, read_training, wr
 from asddpg.runs.safe_loading import OURS
 from tasks.evaluation_pairs import stored_pairs
 from tasks.options import between, option
-from tasks.room_geometry.obstacles import Obstacles
-from tools.diagnosis.run_diagnosis import Diagnosis, Examiner, Snapshot, to_json
+from tools.diagnosis.run_diagnosis import Examiner, to_json
 from tools.diagnosis.training_metrics import read_training_metrics
 from tools.drawing.matplotlib_check import check_matplotlib
 
@@ -40,16 +39,11 @@ class DiagnoseArguments:
     )
 
 
-def _parse(arguments: Sequence[str]) -> DiagnoseArguments:
+def main(arguments: Sequence[str]) -> None:
+    """Drive, compute metrics, write, draw."""
     parsed = parse_arguments(DiagnoseArguments, arguments)
     if parsed.run.startswith(PREFIX):
         raise UserError(f"diagnose needs the folder of a training run, with its logs; {parsed.run} has none")
-    return parsed
-
-
-def main(arguments: Sequence[str]) -> None:
-    """Drive, compute metrics, write, draw."""
-    parsed = _parse(arguments)
     folder = open_run_folder(parsed.run)
     config, provenance = read_training(folder.config, parsed.controller)
     config.device = "cpu"
@@ -67,21 +61,23 @@ def main(arguments: Sequence[str]) -> None:
     training = read_training_metrics(folder.metrics, folder.steps if agent.controller and has_steps else None)
     pairs = stored_pairs(config.task.name, "validation", config.task.goal_radius)[: parsed.episodes]
     folder.diagnosis.mkdir(exist_ok=True)
-    examiner = Examiner(config, environment, agent, pairs)
-    snapshots = [_examine(examiner, agent, path) for path in weights]
-    diagnosis = examiner.diagnosis(str(folder.path), snapshots, training)
-    write_json(folder.diagnosis / "diagnosis.json", to_json(diagnosis))
-    _draw(diagnosis, environment.get_wrapper_attr("obstacles"), examiner, folder.diagnosis)
+    examiner = Examiner(str(folder.path), config, agent, environment, pairs, training)
+    for path in weights:
+        snapshot = examiner.examine_snapshot(_load(path, agent))
+        drivers = {"actor alone": snapshot.actor, "switched policy": snapshot.switched}
+        rates = [f"{name} {metrics.success_rate.value:.2f}" for name, metrics in drivers.items() if metrics]
+        print(f"step {snapshot.step}: success rate {', '.join(rates)}", flush=True)
+    write_json(folder.diagnosis / "diagnosis.json", to_json(examiner.diagnosis))
+    from tools.diagnosis.plots import draw  # only here: --help needs no matplotlib
+
+    draw(examiner.diagnosis, environment.get_wrapper_attr("obstacles"), examiner.by_actor, folder.diagnosis)
     print(f"written to {folder.diagnosis}")
 
 
 def list_weights(folder: RunFolder, agent: AsDDPG, every: int) -> list[Path]:
     """The weights to diagnose, oldest first: the snapshots, and the last checkpoint if it is newer.
 
-    Args:
-        folder: of the run.
-        agent: loads weights, to find which are newer.
-        every: 2 for every second one, counted from the last.
+    `every` takes each second, third … of them, counted from the last; the agent loads weights, to find which are newer.
 
     Raises:
         UserError: there are none, or the newest are damaged.
@@ -97,22 +93,8 @@ def list_weights(folder: RunFolder, agent: AsDDPG, every: int) -> list[Path]:
     return snapshots[::-1][::every][::-1]
 
 
-def _examine(examiner: Examiner, agent: AsDDPG, path: Path) -> Snapshot:
-    snapshot = examiner.examine_snapshot(_load(path, agent))
-    drivers = {"actor alone": snapshot.actor, "switched policy": snapshot.switched}
-    rates = [f"{name} {metrics.success_rate.value:.2f}" for name, metrics in drivers.items() if metrics]
-    print(f"step {snapshot.step}: success rate {', '.join(rates)}", flush=True)
-    return snapshot
-
-
 def _load(path: Path, agent: AsDDPG) -> int:
     return weights_file.load_into(path, agent.networks, needs_critic=True)
-
-
-def _draw(diagnosis: Diagnosis, obstacles: Obstacles, examiner: Examiner, folder: Path) -> None:
-    from tools.diagnosis.plots import draw  # only here: --help needs no matplotlib
-
-    draw(diagnosis, obstacles, examiner.by_actor, folder)
 
 
 if __name__ == "__main__":

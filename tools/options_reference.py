@@ -24,6 +24,8 @@ PROGRAMS = {
     "tools.episode_plot": "PlotArguments",
     "tools.diagnose": "DiagnoseArguments",
     "tools.publish": "PublishArguments",
+    "tools.ablation": "AblationArguments",
+    "tools.results": "ResultsArguments",
     "tools.picture": "PictureArguments",
     "tools.teleop": "TeleopArguments",
     "tools.robot_figures": "RobotFiguresArguments",

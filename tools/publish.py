@@ -16,10 +16,10 @@ import gymnasium
 from asddpg.algorithm.agent import AsDDPG
 from asddpg.build import controller_for, make_agent, make_environment, prepare_torch
 from asddpg.config import ControllerConfig, TrainConfig
-from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone, with_switch
+from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone
 from asddpg.episodes.evaluation import EvaluationResult, evaluate, table
 from asddpg.errors import UserError
-from asddpg.observers.progress import EpisodeBar
+from asddpg.observers.progress import count_episodes
 from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
@@ -30,9 +30,7 @@ from asddpg.runs.provenance import environment_hash, versions
 from asddpg.runs.run_folder import config_text, open_run_folder, write_json
 from tasks.evaluation_pairs import stored_pairs
 from tasks.options import Range, between, one_of, option
-from tasks.room_geometry.held_out import Pair
-from tools.publishing.card import Facts, card
-from tools.publishing.command_arguments import command_of
+from tools.publishing.card import Facts, arguments_of, card
 from tools.publishing.failures import DrivenEpisode, EndingsLog, report
 
 MAX_WEIGHT_BYTES = 3_000_000  # bytes of weights: the repository stays small
@@ -57,15 +55,6 @@ class PublishArguments:
     )
 
 
-@dataclass(frozen=True)
-class Tested:
-    """Figures by who drove, and every drive of the actor alone."""
-
-    metrics: dict[str, EvaluationResult]
-    drives: list[DrivenEpisode]
-    scene: str
-
-
 def main(arguments: Sequence[str]) -> None:
     """Export, test what was exported, write the card; the folder is whole or not there."""
     parsed = parse_arguments(PublishArguments, arguments)
@@ -78,13 +67,13 @@ def main(arguments: Sequence[str]) -> None:
         raise UserError(
             f"the controller {trained.config.controller.type} is not shipped, so neither is what it trained"
         )
-    command = command_of(trained.config)
+    arguments_of(trained.config)  # an error before the driving, which takes minutes
     prepare_torch()
     part = PretrainedFolder(folder.path.with_name(f".{parsed.name}.part"))
     shutil.rmtree(part.path, ignore_errors=True)
     part.path.mkdir(parents=True)
     try:
-        _fill(part, parsed, trained, command, seconds)
+        _fill(part, parsed, trained, seconds)
         _replace(folder.path, part.path)
     finally:
         shutil.rmtree(part.path, ignore_errors=True)
@@ -101,26 +90,37 @@ def _training_seconds(parsed: PublishArguments) -> float:
         raise UserError(f"{run_folder.resources} is damaged or not written by asddpg.train") from error
 
 
-def _fill(part: PretrainedFolder, parsed: PublishArguments, trained: Trained, command: str, seconds: float) -> None:
+def _fill(part: PretrainedFolder, parsed: PublishArguments, trained: Trained, seconds: float) -> None:
     config = dataclasses.replace(trained.config, device="cpu", run_dir=None)
     environment = make_environment(config.task, config.reward)
     agent, step = _export(part, trained, config, environment)
     part.config.write_text(config_text(dataclasses.asdict(config), trained.provenance), encoding="utf-8")
-    tested = _test(config, environment, agent, parsed.episodes)
-    print(table(tested.metrics))
-    write_json(part.test, _test_content(parsed, config, step, tested))
+    metrics, drives = _test(config, environment, agent, parsed.episodes)
+    print(table(metrics))
+    scene = environment_hash(environment)
+    content: dict[str, object] = {
+        "task": config.task.name,
+        "set": f"{parsed.episodes} stored test pairs",
+        "checkpoint": parsed.checkpoint,
+        "step": step,
+        **{title: result.as_dict() for title, result in metrics.items()},
+        "outcomes": [drive.outcome for drive in drives],
+        "failures": [drive.as_dict() for drive in drives if drive.failed],
+        **versions(),
+        "model_hash": scene,
+    }
+    write_json(part.test, content)
     facts = Facts(
         name=parsed.name,
         config=trained.config,
-        command=command,
         checkpoint=parsed.checkpoint,
         step=step,
         seconds=seconds,
         note=" ".join((parsed.note or "").split()),
         provenance=trained.provenance,
-        tested_scene=tested.scene,
-        metrics=tested.metrics,
-        failures=report(tested.drives),
+        tested_scene=scene,
+        metrics=metrics,
+        failures=report(drives),
     )
     part.card.write_text(card(facts), encoding="utf-8")
 
@@ -141,39 +141,21 @@ def _export(
     return agent, weights_file.load_into(part.weights, agent.networks)
 
 
-def _test(config: TrainConfig, environment: gymnasium.Env, agent: AsDDPG, episodes: int) -> Tested:
+def _test(
+    config: TrainConfig, environment: gymnasium.Env, agent: AsDDPG, episodes: int
+) -> tuple[dict[str, EvaluationResult], list[DrivenEpisode]]:
+    """Results by driver, and the episodes of the actor alone."""
     pairs = stored_pairs(config.task.name, "test", config.task.goal_radius)[:episodes]
     drivers = {"actor": actor_alone(agent)}
     if agent.controller is not None:
-        drivers["switch"] = with_switch(agent)
+        drivers["switch"] = FixedDriver(agent.decide_greedily)
     drivers["controller"] = controller_alone(controller_for(environment, config.controller))
-    metrics, drives = {}, {}
-    for title, driver in drivers.items():
-        metrics[title], drives[title] = _drive(config, environment, driver, pairs)
-    return Tested(metrics, drives["actor"], environment_hash(environment))
-
-
-def _drive(
-    config: TrainConfig, environment: gymnasium.Env, driver: FixedDriver, pairs: Sequence[Pair]
-) -> tuple[EvaluationResult, list[DrivenEpisode]]:
-    log, bar = EndingsLog(), EpisodeBar(len(pairs))
-    metrics = evaluate(environment, driver, pairs, config.task.control_timestep, (log, bar))
-    bar.close()
-    return metrics, log.drives(pairs)
-
-
-def _test_content(parsed: PublishArguments, config: TrainConfig, step: int, tested: Tested) -> dict[str, object]:
-    return {
-        "task": config.task.name,
-        "set": f"{parsed.episodes} stored test pairs",
-        "checkpoint": parsed.checkpoint,
-        "step": step,
-        **{title: metrics.as_dict() for title, metrics in tested.metrics.items()},
-        "outcomes": [drive.outcome for drive in tested.drives],
-        "failures": [drive.as_dict() for drive in tested.drives if drive.failed],
-        **versions(),
-        "model_hash": tested.scene,
+    logs = {title: EndingsLog() for title in drivers}
+    results = {
+        title: evaluate(environment, driver, count_episodes(pairs), config.task.control_timestep, (logs[title],))
+        for title, driver in drivers.items()
     }
+    return results, logs["actor"].drives(pairs)
 
 
 def _replace(path: Path, part: Path) -> None:

@@ -6,11 +6,15 @@ runs. With `published` the runs of docs/runs/results.csv count as finished.
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
+from asddpg.options.help_text import help_text
+from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
+from tasks.options import argument
 from tools.experiments import controller_alone
-from tools.experiments.grid import parse_choices, run_grid
+from tools.experiments.grid import parse_selection, run_grid
 from tools.experiments.run_csv import PUBLISHED, read_csv
 from tools.experiments.run_store import Results, RunStore
 from tools.experiments.runs import Group
@@ -41,9 +45,16 @@ GROUPS = {
 }
 
 
+@dataclass(frozen=True)
+class ResultsArguments:
+    """The groups to train."""
+
+    groups: list[str] = argument("Groups, all where none is named; list or table; published.", [])
+
+
 def main(arguments: Sequence[str]) -> None:
     """Train and write the table, or list."""
-    verb, is_published, groups = parse_choices(arguments, GROUPS, "group")
+    verb, is_published, groups = parse_selection(parse_arguments(ResultsArguments, arguments).groups, GROUPS, "group")
     store = RunStore(FOLDER, read_csv(TABLE) if is_published else {})
     run_grid(verb, groups, store, lambda results: draw(groups, results, may_drive=not verb))
 
@@ -58,4 +69,4 @@ def draw(groups: Mapping[str, Group], results: Results, may_drive: bool) -> str:
 
 
 if __name__ == "__main__":
-    run(main, f"{__doc__}\nGroups: {', '.join(GROUPS)}")
+    run(main, f"{help_text(__doc__, ResultsArguments)}\n\nGroups: {', '.join(GROUPS)}")

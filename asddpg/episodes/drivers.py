@@ -1,25 +1,14 @@
 """Drivers that do not learn: the actor alone, the switched policy, and the baselines."""
 
 from collections.abc import Callable, Mapping
-from typing import Protocol
 
 import numpy as np
 
 from asddpg.episodes.protocols import Action, Controller, Decision, Driver, Observation, Step
 
 
-class TrainedAgent(Protocol):
-    """What is needed of an agent that has been trained."""
-
-    def act(self, observation: Observation) -> Action:
-        """The policy's action, without noise."""
-
-    def decide_greedily(self, observation: Observation) -> Decision:
-        """The switch's choice between policy and controller, without noise."""
-
-
 class FixedDriver:
-    """Drives by a fixed rule and learns nothing."""
+    """Drives by a fixed rule and learns nothing; FixedDriver(agent.decide_greedily) is the switched policy."""
 
     def __init__(self, decide: Callable[[Observation], Decision]) -> None:
         self._decide = decide
@@ -36,19 +25,14 @@ class FixedDriver:
         return {}
 
 
-def actor_alone(agent: TrainedAgent) -> FixedDriver:
-    """The policy without noise, switch or controller: what a user deploys."""
+def actor_alone(policy: Controller) -> FixedDriver:
+    """The policy of a trained agent without noise, switch or controller: what a user deploys."""
 
     def decide(observation: Observation) -> Decision:
-        action = agent.act(observation)
+        action = policy.act(observation)
         return Decision(action, Driver.POLICY, actor_action=action)
 
     return FixedDriver(decide)
-
-
-def with_switch(agent: TrainedAgent) -> FixedDriver:
-    """Policy and controller as the switch has it, without noise."""
-    return FixedDriver(agent.decide_greedily)
 
 
 def controller_alone(controller: Controller) -> FixedDriver:

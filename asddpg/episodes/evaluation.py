@@ -1,6 +1,6 @@
 """Drives the episodes of an evaluation and turns them into figures."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -60,7 +60,7 @@ class EvaluationResult:
 def evaluate(
     environment: Environment,
     agent: Agent,
-    pairs: Sequence[StartGoalPair],
+    pairs: Iterable[StartGoalPair],
     control_timestep: float,
     observers: Sequence[Observer] = (),
     before_episode: Callable[[], None] = lambda: None,
@@ -76,11 +76,12 @@ def evaluate(
         before_episode: called before each; may raise to stop the evaluation.
     """
     environment.reset(seed=0)  # of the laser's noise: the same evaluation has the same result
-    episodes = []
+    episodes, shortest_paths = [], []
     for pair in pairs:
         before_episode()
         episodes.append(run_episode(environment, agent, observers, options={"start": pair.start, "goal": pair.goal}))
-    return summarize_episodes(episodes, [pair.shortest_path for pair in pairs], control_timestep)
+        shortest_paths.append(pair.shortest_path)
+    return summarize_episodes(episodes, shortest_paths, control_timestep)
 
 
 def summarize_episodes(

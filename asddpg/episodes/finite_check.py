@@ -5,33 +5,27 @@ from collections.abc import Mapping
 from typing import SupportsFloat
 
 import numpy as np
+import numpy.typing as npt
 
-from asddpg.episodes.protocols import Observation, Step
+from asddpg.episodes.protocols import Step
 
 LOSSES = ("critic_loss", "switch_loss", "policy_loss")  # a TD error may be NaN: of a driver that no sample is of
 
 
 class NotFiniteError(Exception):
-    """A number of a training is NaN or infinite; the message says which."""
+    """A number of a training is NaN or infinite; the message says which. All checks of this module raise it."""
 
 
-def check_observation(observation: Observation) -> None:
-    """See that an observation is finite.
-
-    Raises:
-        NotFiniteError: it holds NaN or an infinite number.
-    """
-    _check_array("the observation", observation)
+def check_finite(name: str, numbers: npt.NDArray[np.float32]) -> None:
+    """See that an array, called by that name, is finite."""
+    if not np.isfinite(numbers).all():
+        raise NotFiniteError(f"{name} holds {numbers[~np.isfinite(numbers)][0]}")
 
 
 def check_step(step: Step, learned: Mapping[str, SupportsFloat]) -> None:
-    """See that a step's action, observation, reward and losses are finite.
-
-    Raises:
-        NotFiniteError: one of them is NaN or infinite.
-    """
-    _check_array("the action", step.decision.action)
-    _check_array("the observation", step.next_observation)
+    """See that a step's action, observation, reward and losses are finite."""
+    check_finite("the action", step.decision.action)
+    check_finite("the observation", step.next_observation)
     if not math.isfinite(step.reward):
         raise NotFiniteError(f"the reward is {step.reward}")
     for name in LOSSES:
@@ -40,16 +34,7 @@ def check_step(step: Step, learned: Mapping[str, SupportsFloat]) -> None:
 
 
 def check_weights(are_finite: Mapping[str, bool]) -> None:
-    """See that the weights of each network, by its name, are finite.
-
-    Raises:
-        NotFiniteError: those of one are not.
-    """
+    """See that the weights of each network, by its name, are finite."""
     for name, is_finite in are_finite.items():
         if not is_finite:
             raise NotFiniteError(f"a weight of {name} is not finite")
-
-
-def _check_array(name: str, numbers: Observation) -> None:
-    if not np.isfinite(numbers).all():
-        raise NotFiniteError(f"{name} holds {numbers[~np.isfinite(numbers)][0]}")

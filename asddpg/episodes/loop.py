@@ -1,10 +1,10 @@
 """The one episode loop: training, evaluation and play all drive through it."""
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import Any, SupportsFloat
 
-from asddpg.episodes.episode_stats import EpisodeStats
-from asddpg.episodes.protocols import Agent, Environment, Episode, Observation, Observer, Step
+from asddpg.episodes.protocols import Agent, Driver, Environment, Episode, Observation, Observer, Step
 
 
 def run_episode(
@@ -25,7 +25,7 @@ def run_episode(
     """
     episode = EpisodeInProgress(environment, agent, observers)
     episode.begin(options)
-    while not episode.is_over and (max_steps is None or episode.steps < max_steps):
+    while not episode.is_over and (max_steps is None or episode.figures.steps < max_steps):
         episode.step()
     return episode.end()
 
@@ -35,25 +35,25 @@ class EpisodeInProgress:
 
     Attributes:
         observation: the present one.
+        figures: the episode so far.
         is_over: whether the environment has ended it.
     """
 
     def __init__(self, environment: Environment, agent: Agent, observers: Sequence[Observer]) -> None:
         self._environment, self._agent, self._observers = environment, agent, observers
-        self._outcome, self.is_over = "cut", False
-
-    @property
-    def steps(self) -> int:
-        """Steps made so far."""
-        return self._stats.steps
+        self.figures, self.is_over = Episode(), False
+        self._info: Mapping[str, Any] = {}
 
     def begin(self, options: dict[str, Any] | None = None) -> None:
         """Reset the environment, with these options, and begin."""
-        self.observation, info = self._environment.reset(options=options)
+        self.observation, self._info = self._environment.reset(options=options)
         self._agent.begin_episode()
         for observer in self._observers:
-            observer.begin_episode(self.observation, info)
-        self._stats = EpisodeStats(info)
+            observer.begin_episode(self.observation, self._info)
+
+    def resume(self, figures: Mapping[str, Any], observation: Observation, info: Mapping[str, Any]) -> None:
+        """Go on in mid-episode, with observation and info of the present instant; no observer is notified."""
+        self.figures, self.observation, self._info = Episode(**figures), observation, info
 
     def step(self) -> tuple[Step, Mapping[str, SupportsFloat]]:
         """Decide, step, learn, notify; returns the step and the metrics of what was learned from it."""
@@ -61,30 +61,25 @@ class EpisodeInProgress:
         next_observation, reward, terminated, truncated, info = self._environment.step(decision.action)
         step = Step(self.observation, decision, reward, next_observation, terminated, truncated, info)
         learned = self._agent.learn(step)
-        self._stats.add(step)
+        self._count(step)
         for observer in self._observers:
             observer.step(step, learned)
         self.observation = next_observation
         if terminated or truncated:
-            self._outcome = info.get("outcome", "ended" if terminated else "timeout")
+            self.figures.outcome = info.get("outcome", "ended" if terminated else "timeout")
             self.is_over = True
         return step, learned
 
+    def _count(self, step: Step) -> None:
+        self.figures.steps += 1
+        self.figures.total_reward += step.reward
+        self.figures.controller_steps += step.decision.driver is Driver.CONTROLLER
+        if "pose" in self._info:
+            self.figures.path_length += math.dist(self._info["pose"][:2], step.info["pose"][:2])
+        self._info = step.info
+
     def end(self) -> Episode:
         """Notify of the end; an episode that the environment has not ended is cut."""
-        episode = self._stats.episode(self._outcome)
         for observer in self._observers:
-            observer.end_episode(episode)
-        return episode
-
-    # Saving -------------------------------------------------------------------------------------------------------
-
-    def state(self) -> dict[str, Any]:
-        """What the loop itself holds; environment, agent and observers have states of their own."""
-        return self._stats.state()
-
-    def resume(self, state: Mapping[str, Any], observation: Observation, info: Mapping[str, Any]) -> None:
-        """Go on in mid-episode, with observation and info of the present instant; no observer is notified."""
-        self.observation = observation
-        self._stats = EpisodeStats(info)
-        self._stats.load_state(state)
+            observer.end_episode(self.figures)
+        return self.figures

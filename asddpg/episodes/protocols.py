@@ -84,52 +84,46 @@ class Controller(Protocol):
         """The action for a flat observation, within the action space, physical units: float32 (action_size,)."""
 
 
-@runtime_checkable
-class StatefulController(Controller, Protocol):
-    """A controller with a memory of earlier observations."""
+class Stateful(Protocol):
+    """Something whose state can be saved."""
 
     def state(self) -> Mapping[str, Any]:
-        """Its memory: plain values and arrays."""
+        """All that its next steps depend on: plain values and arrays."""
 
-    def load_state(self, state: Mapping[str, Any]) -> None:
-        """Restore what state() returned."""
+    def load_state(self, state: Mapping[str, Any]) -> Any:
+        """Restore what state() returned; an environment returns observation and info of that instant."""
+
+
+@runtime_checkable
+class StatefulController(Controller, Stateful, Protocol):
+    """A controller with a memory of earlier observations."""
 
 
 class Observer(Protocol):
-    """Is notified of episodes; changes nothing."""
+    """Is notified of episodes; changes nothing. A class derived from it defines the methods that it needs."""
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
         """An episode begins."""
+        return
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
         """A step was made."""
+        return
 
     def end_episode(self, episode: "Episode") -> None:
         """The episode is over."""
+        return
 
 
-class Callback:
-    """An observer whose methods do nothing: a base for those that need one of them."""
-
-    def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
-        """An episode begins."""
-
-    def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
-        """A step was made."""
-
-    def end_episode(self, episode: "Episode") -> None:
-        """The episode is over."""
-
-
-@dataclass(frozen=True)
+@dataclass
 class Episode:
     """An episode in figures."""
 
-    outcome: str  # as info names it: reached, crashed, timeout; else ended, timeout, or cut for one broken off
-    steps: int
-    total_reward: float
-    controller_steps: int
-    path_length: float  # metres driven; 0 where info holds no pose
+    outcome: str = "cut"  # as info names it: reached, crashed, timeout; else ended, timeout, or cut for one broken off
+    steps: int = 0
+    total_reward: float = 0.0
+    controller_steps: int = 0
+    path_length: float = 0.0  # metres driven; 0 where info holds no pose
 
     @property
     def controller_share(self) -> float:

@@ -1,35 +1,25 @@
 """Switching drivers and moving the goal within an episode."""
 
-from collections.abc import Mapping, Sequence
-from typing import Protocol
+from collections.abc import Callable, Mapping
 
 from asddpg.episodes.drivers import FixedDriver
 from asddpg.episodes.protocols import Decision, Observation, Step
 
 
-class GoalSetter(Protocol):
-    """The part of NavigationEnv that is used."""
-
-    def set_goal(self, x: float, y: float) -> Observation:
-        """Move the goal; returns the present observation with it."""
-
-
 class SteeredDriver:
-    """Drives by one of several drivers; driver and goal may change between two steps."""
+    """Drives by one of several drivers, named in `drivers`; driver and goal may change between two steps."""
 
-    def __init__(self, environment: GoalSetter, drivers: Mapping[str, FixedDriver], driver: str) -> None:
-        self._environment, self._drivers = environment, drivers
-        self.driver = driver
+    def __init__(
+        self, move_goal: Callable[[float, float], Observation], drivers: Mapping[str, FixedDriver], driver: str
+    ) -> None:
+        """Begin with a driver; `move_goal` moves the environment's goal and returns the present observation with it."""
+        self._move_goal, self._drivers = move_goal, drivers
+        self.drivers, self.driver = tuple(drivers), driver
         self._moved: Observation | None = None  # the present observation, if the goal has been moved since
-
-    @property
-    def drivers(self) -> Sequence[str]:
-        """Names that `driver` may be."""
-        return tuple(self._drivers)
 
     def set_goal(self, x: float, y: float) -> None:
         """Another goal for the episode in progress, metres, world frame; what the environment refuses it raises."""
-        self._moved = self._environment.set_goal(x, y)
+        self._moved = self._move_goal(x, y)
 
     def begin_episode(self) -> None:
         """The goal is the episode's own."""

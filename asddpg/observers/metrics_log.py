@@ -1,4 +1,4 @@
-"""A row an episode, to metrics.csv, and the same figures to TensorBoard."""
+"""A row an episode to metrics.csv, a row a validation to validation.csv, and the same figures to TensorBoard."""
 
 import csv
 import math
@@ -11,7 +11,7 @@ from typing import Any, Protocol, SupportsFloat, TextIO
 import numpy as np
 
 from asddpg.atomic_write import closed_on_error
-from asddpg.episodes.protocols import Episode, Observation, Step
+from asddpg.episodes.protocols import Episode, Observation, Observer, Step
 
 WINDOW = 100  # episodes
 
@@ -20,6 +20,7 @@ COLUMNS = (
     "success_100", "collision_100", "timeout_100", "critic_loss", "switch_loss", "policy_loss",
     "td_error_policy", "td_error_controller",
 )  # fmt: skip
+VALIDATION_COLUMNS = ("step", "success_rate", "collision_rate", "metric")
 
 
 class ScalarWriter(Protocol):
@@ -29,23 +30,19 @@ class ScalarWriter(Protocol):
         """Write one figure."""
 
 
-class RecentEpisodes:
-    """Shares of outcomes among the last WINDOW episodes."""
+class RecentOutcomes(deque[str]):
+    """Outcomes of the last WINDOW episodes."""
 
     def __init__(self, outcomes: Iterable[str] = ()) -> None:
         """Go on after episodes that ended so, oldest first."""
-        self._outcomes: deque[str] = deque(outcomes, maxlen=WINDOW)
-
-    def add(self, outcome: str) -> None:
-        """Count an episode."""
-        self._outcomes.append(outcome)
+        super().__init__(outcomes, WINDOW)
 
     def share(self, outcome: str) -> float:
         """Share of the recent episodes that ended so."""
-        return self._outcomes.count(outcome) / len(self._outcomes) if self._outcomes else 0.0
+        return self.count(outcome) / len(self) if self else 0.0
 
 
-class MetricsLog:
+class MetricsLog(Observer):
     """Writes metrics.csv, in which nothing depends on the clock, and timing.csv; appends to existing ones."""
 
     def __init__(self, metrics: Path, timing: Path, tensorboard: ScalarWriter, seconds: float = 0.0) -> None:
@@ -58,9 +55,8 @@ class MetricsLog:
             seconds: that the training had taken before.
         """
         before = read_rows(metrics)
-        self._recent = RecentEpisodes(row["outcome"] for row in before)
+        self._recent = RecentOutcomes(row["outcome"] for row in before)
         self._finished_steps, self._episodes = int(before[-1]["step"]) if before else 0, len(before)
-        self._steps = self._finished_steps
         self._metrics_file, self._metrics = _appended(metrics, COLUMNS)
         with closed_on_error(self._metrics_file):
             self._timing_file, self._timing = _appended(timing, ("step", "seconds", "steps_per_second"))
@@ -74,14 +70,12 @@ class MetricsLog:
         return time.perf_counter() - self._begun
 
     def state(self) -> dict[str, Any]:
-        """Of the episode in progress: its steps and what was learned in it."""
-        learned = {name: np.array(list(map(float, values))) for name, values in self._learned.items()}
-        return {"steps": self._steps - self._finished_steps, "learned": learned}
+        """What was learned in the episode in progress."""
+        return {name: np.array(list(map(float, values))) for name, values in self._learned.items()}
 
     def load_state(self, state: Mapping[str, Any]) -> None:
         """Go on in the middle of an episode, with what state() returned."""
-        self._steps = self._finished_steps + state["steps"]
-        self._learned = {name: values.tolist() for name, values in state["learned"].items()}
+        self._learned = {name: values.tolist() for name, values in state.items()}
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
         """Reset the means."""
@@ -89,33 +83,34 @@ class MetricsLog:
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
         """Keep what was learned; reading a value here would make a GPU wait."""
-        self._steps += 1
         for name, value in learned.items():
             self._learned.setdefault(name, []).append(value)
 
     def end_episode(self, episode: Episode) -> None:
         """Write the row."""
         self._episodes += 1
-        self._finished_steps = self._steps
-        self._recent.add(episode.outcome)
+        self._finished_steps += episode.steps
+        self._recent.append(episode.outcome)
         row: dict[str, Any] = {
-            "step": self._steps,
+            "step": self._finished_steps,
             "episode": self._episodes,
             "outcome": episode.outcome,
             "steps": episode.steps,
             "total_reward": episode.total_reward,
             "path_length": episode.path_length,
             "controller_share": episode.controller_share,
-            **{f"{outcome}_100": self._recent.share(full) for outcome, full in _WINDOWED.items()},
+            "success_100": self._recent.share("reached"),
+            "collision_100": self._recent.share("crashed"),
+            "timeout_100": self._recent.share("timeout"),
             **self._means(),
         }
         self._metrics.writerow([row.get(column, "") for column in COLUMNS])
         self._metrics_file.flush()
         for name in COLUMNS[3:]:
             if name in row:
-                self._tensorboard.add_scalar(f"train/{name}", row[name], self._steps)
+                self._tensorboard.add_scalar(f"train/{name}", row[name], self._finished_steps)
         seconds = self.seconds
-        self._timing.writerow((self._steps, f"{seconds:.3f}", f"{self._steps / seconds:.1f}"))
+        self._timing.writerow((self._finished_steps, f"{seconds:.3f}", f"{self._finished_steps / seconds:.1f}"))
         self._timing_file.flush()
 
     def _means(self) -> dict[str, float]:
@@ -129,6 +124,15 @@ class MetricsLog:
             self._metrics_file.close()
         finally:
             self._timing_file.close()
+
+
+def write_validation(path: Path, tensorboard: ScalarWriter, row: Mapping[str, float]) -> None:
+    """Add a row of VALIDATION_COLUMNS."""
+    file, table = _appended(path, VALIDATION_COLUMNS)
+    with file:
+        table.writerow([row[column] for column in VALIDATION_COLUMNS])
+    for name in VALIDATION_COLUMNS[1:]:
+        tensorboard.add_scalar(f"validation/{name}", row[name], int(row["step"]))
 
 
 def read_rows(path: Path) -> list[dict[str, str]]:
@@ -148,6 +152,3 @@ def _appended(path: Path, columns: Sequence[str]) -> tuple[TextIO, Any]:
             table.writerow(columns)
             file.flush()
     return file, table
-
-
-_WINDOWED = {"success": "reached", "collision": "crashed", "timeout": "timeout"}

@@ -1,14 +1,15 @@
 """The progress bar."""
 
 import sys
-from collections.abc import Iterable, Mapping
-from typing import SupportsFloat
+from collections.abc import Iterable, Mapping, Sequence
+from typing import SupportsFloat, TypeVar
 
 from tqdm import tqdm
 
-from asddpg.episodes.protocols import Callback, Driver, Episode, Step
-from asddpg.observers.metrics_log import RecentEpisodes
+from asddpg.episodes.protocols import Driver, Episode, Observer, Step
+from asddpg.observers.metrics_log import RecentOutcomes
 
+T = TypeVar("T")
 ON_TERMINAL, IN_FILE = 0.5, 10.0  # seconds between two states; a file keeps every one of them
 
 
@@ -16,13 +17,13 @@ def _interval() -> float:
     return ON_TERMINAL if sys.stderr.isatty() else IN_FILE
 
 
-class ProgressBar(Callback):
+class ProgressBar(Observer):
     """Steps a second, time left, outcomes of the last 100 episodes, controller share of the last 1000 steps or so."""
 
     def __init__(self, total_steps: int, steps: int = 0, outcomes: Iterable[str] = ()) -> None:
         """Go on after so many steps, and after episodes that ended so."""
         self._bar = tqdm(total=total_steps, initial=steps, unit=" steps", smoothing=0.05, mininterval=_interval())
-        self._recent = RecentEpisodes(outcomes)
+        self._recent = RecentOutcomes(outcomes)
         self._share = 0.0
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
@@ -32,7 +33,7 @@ class ProgressBar(Callback):
 
     def end_episode(self, episode: Episode) -> None:
         """Show the outcomes."""
-        self._recent.add(episode.outcome)
+        self._recent.append(episode.outcome)
         share = self._recent.share
         self._bar.set_postfix_str(
             f"success {share('reached'):.2f} collision {share('crashed'):.2f} time-out {share('timeout'):.2f} "
@@ -49,16 +50,6 @@ class ProgressBar(Callback):
         self._bar.close()
 
 
-class EpisodeBar(Callback):
-    """Counts episodes of an evaluation."""
-
-    def __init__(self, total_episodes: int) -> None:
-        self._bar = tqdm(total=total_episodes, unit=" episodes", leave=False, mininterval=_interval())
-
-    def end_episode(self, episode: Episode) -> None:
-        """Move on by one."""
-        self._bar.update()
-
-    def close(self) -> None:
-        """Remove the bar."""
-        self._bar.close()
+def count_episodes(pairs: Sequence[T]) -> Iterable[T]:
+    """The pairs of an evaluation, with a bar that counts them as they are driven."""
+    return tqdm(pairs, unit=" episodes", leave=False, mininterval=_interval())

@@ -15,14 +15,10 @@ from asddpg.atomic_write import closed_on_error
 
 
 class ScalarEvents:
-    """Writes scalars, each at a training step."""
+    """Writes scalars, each at a training step; every method raises OSError where the file cannot be written."""
 
     def __init__(self, folder: Path, step: int = 0) -> None:
-        """Open a file of its own, after so many steps: TensorBoard reads a folder's files in the order of their names.
-
-        Raises:
-            OSError: it cannot be made.
-        """
+        """Open a file named by the steps made before: TensorBoard reads a folder in the order of names."""
         folder.mkdir(parents=True, exist_ok=True)
         self._file = (folder / f"events.out.tfevents.{step:010d}").open("ab")
         self._records = RecordWriter(self._file)
@@ -32,28 +28,16 @@ class ScalarEvents:
                 self.flush()
 
     def add_scalar(self, tag: str, scalar_value: float, global_step: int) -> None:
-        """Write one figure.
-
-        Raises:
-            OSError: it could not be written.
-        """
+        """Write one figure."""
         summary = Summary(value=[Summary.Value(tag=tag, simple_value=scalar_value)])
         self._write(Event(wall_time=time.time(), step=global_step, summary=summary))
 
     def flush(self) -> None:
-        """Flush to the file.
-
-        Raises:
-            OSError: it could not be written.
-        """
+        """Flush to the file."""
         self._file.flush()
 
     def close(self) -> None:
-        """Close the file.
-
-        Raises:
-            OSError: what was left could not be written.
-        """
+        """Close the file."""
         self._file.close()
 
     def _write(self, event: Event) -> None:

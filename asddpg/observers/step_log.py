@@ -9,7 +9,7 @@ from typing import Any, SupportsFloat
 import numpy as np
 
 from asddpg.atomic_write import write_whole
-from asddpg.episodes.protocols import Driver, Episode, Observation, Step
+from asddpg.episodes.protocols import Driver, Episode, Observation, Observer, Step
 
 COLUMNS = (
     "episode", "x", "y", "distance", "by_controller",
@@ -19,7 +19,7 @@ COLUMNS = (
 _NAN = float("nan")
 
 
-class StepLog:
+class StepLog(Observer):
     """Writes the steps of a training, 44 bytes each, episode by episode, and all as columns when it is closed.
 
     `episode`, counted from 1 · `x`, `y`, `distance` to the goal (m) where the choice was made · `by_controller`, 1
@@ -28,18 +28,15 @@ class StepLog:
     """
 
     def __init__(self, rows: Path, columns: Path, episodes: int = 0) -> None:
-        """Open the files.
+        """Open `rows`, which grows during the training; existing rows, of so many episodes, are kept.
 
-        Args:
-            rows: file that grows row by row during the training; existing rows are kept.
-            columns: file that close() writes: the rows as named columns, .npz.
-            episodes: that there were before.
+        close() writes them as named columns to `columns`, .npz.
         """
         self._columns = columns
         self._file = rows.open("a+b")
         self._values = array("f")
         self._episode = episodes
-        self._where: tuple[float, float, float] = (_NAN, _NAN, _NAN)
+        self._where: tuple[float, ...] = (_NAN, _NAN, _NAN)
 
     def state(self) -> dict[str, Any]:
         """Of the episode in progress: its rows, and the place of the next choice."""
@@ -49,14 +46,13 @@ class StepLog:
         """Go on in the middle of an episode, with what state() returned."""
         self._episode += 1
         self._values = array("f", state["rows"].tobytes())
-        x, y, distance = state["place"]
-        self._where = (x, y, distance)
+        self._where = tuple(state["place"])
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
         """Record the place of the first choice."""
         self._values = array("f")
         self._episode += 1
-        self._where = _where(info)
+        self._where = (*info["pose"][:2], info["distance"])
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
         """Add a row; its place is that before the step, where the choice was made."""
@@ -73,7 +69,7 @@ class StepLog:
                 _NAN if decision.q_controller is None else decision.q_controller,
             )
         )
-        self._where = _where(step.info)
+        self._where = (*step.info["pose"][:2], step.info["distance"])
 
     def end_episode(self, episode: Episode) -> None:
         """Write its rows."""
@@ -92,8 +88,3 @@ class StepLog:
         content = io.BytesIO()
         np.savez_compressed(content, **columns)
         write_whole(self._columns, content.getbuffer())
-
-
-def _where(info: Mapping[str, Any]) -> tuple[float, float, float]:
-    x, y, _ = info["pose"]
-    return x, y, info["distance"]

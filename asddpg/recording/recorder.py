@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, SupportsFloat
 
-from asddpg.episodes.episode_stats import EpisodeStats
+from asddpg.episodes.loop import EpisodeStats
 from asddpg.episodes.protocols import Episode, Observation, Step
 from asddpg.recording.files.recording_file import RecordingFile
 from asddpg.recording.messages.channels import Channels

@@ -9,7 +9,7 @@ import gymnasium
 import numpy as np
 
 from asddpg.build import make_agent, make_environment, navigation_env, prepare_torch
-from asddpg.episodes.drivers import FixedDriver, with_switch
+from asddpg.episodes.drivers import FixedDriver
 from asddpg.episodes.loop import run_episode
 from asddpg.recording.files.reading import open_recording
 from asddpg.recording.recorder import Recorder, Selection, every_nth
@@ -30,7 +30,7 @@ def recording() -> None:
     environment = make_environment(trained.config.task, trained.config.reward)
     agent = make_agent(trained.config, environment)
     trained.load_into(agent)
-    driver = with_switch(agent)
+    driver = FixedDriver(agent.decide_greedily)
     pairs = stored_pairs(TASK, "test", trained.config.task.goal_radius)[:PAIRS]
     made_with = versions()
     settings = config_text(dataclasses.asdict(trained.config), made_with)

@@ -2,17 +2,17 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from asddpg.config import TaskConfig
 from asddpg.episodes.intervals import Estimate, rate
-from tools.diagnosis.returns import FloatArray, Tail, discounted_returns
+from tasks.physics import FloatArray
+from tools.diagnosis.returns import Tail, discounted_returns
 from tools.diagnosis.rollouts import Rollout
 
-STILL_V = 0.02  # m/s above the least speed; a slower robot stands still
-STILL_OMEGA = 0.05  # rad/s
+STILL_V, STILL_OMEGA = 0.02, 0.05  # m/s above the least speed, rad/s; a slower robot stands still
 CIRCLING_V = 0.05  # m/s above the least speed; from 0 and at full turn rate this is a circle of 5 cm
 STUCK_DISTANCE, STUCK_TIME = 0.3, 5.0  # m, s; a robot no farther away after that time is stuck
 AT_BOUND = 0.01  # share of an action's range; nearer to a bound an action is saturated
@@ -29,22 +29,9 @@ class End:
     distance: float
 
 
-def _end(rollout: Rollout) -> End:
-    x, y = rollout.places[-1].tolist()
-    return End(rollout.outcome, round(x, 3), round(y, 3), round(math.dist((x, y), rollout.goal), 3))
-
-
 @dataclass(frozen=True)
 class DriveMetrics:
-    """Outcomes of a driver as rates with 95 % Wilson intervals, its actions as shares of the steps.
-
-    Attributes:
-        saturated_v: v at its largest or smallest.
-        saturated_omega: ω at its largest or smallest.
-        standing: neither driving (v less than 0.02 m/s above the task's least) nor turning (|ω| below 0.05 rad/s).
-        circling: hardly driving (v less than 0.05 m/s above the least) at full turn rate.
-        stuck: less than 0.3 m away 5 s later; None where no episode is that long.
-    """
+    """Outcomes of a driver as rates with 95 % Wilson intervals, its actions as shares of the steps."""
 
     episodes: int
     success_rate: Estimate
@@ -52,11 +39,11 @@ class DriveMetrics:
     timeout_rate: Estimate
     mean_steps: float
     controller_share: float
-    saturated_v: float
-    saturated_omega: float
-    standing: float
-    circling: float
-    stuck: float | None
+    saturated_v: float  # v at its largest or smallest
+    saturated_omega: float  # ω at its largest or smallest
+    standing: float  # neither driving (v less than STILL_V above the task's least) nor turning
+    circling: float  # hardly driving (v less than CIRCLING_V above the least) at full turn rate
+    stuck: float | None  # less than 0.3 m away 5 s later; None where no episode is that long
     ends: list[End]
 
 
@@ -83,6 +70,11 @@ def drive_metrics(rollouts: Sequence[Rollout], task: TaskConfig) -> DriveMetrics
     )
 
 
+def _end(rollout: Rollout) -> End:
+    x, y = rollout.places[-1].tolist()
+    return End(rollout.outcome, round(x, 3), round(y, 3), round(math.dist((x, y), rollout.goal), 3))
+
+
 def _stuck_share(rollouts: Sequence[Rollout], steps: int) -> float | None:
     """Share of the steps from which the robot is less than STUCK_DISTANCE away `steps` later."""
     offsets = np.concatenate([r.places[steps:] - r.places[: max(len(r.places) - steps, 0)] for r in rollouts])
@@ -107,27 +99,16 @@ class QBin:
 
 @dataclass(frozen=True)
 class QCalibration:
-    """Q against the return that followed; None where no state counts.
+    """Q against the return that followed; None where no state counts."""
 
-    Attributes:
-        states: number of states that count.
-        excluded: states too near the time limit for their return to be known.
-        mean_q: over the states that count.
-        mean_return: over the same states, middle of the bounds.
-        bias: mean of Q minus mean of the return.
-        bias_low: the bias if the best followed every time limit.
-        bias_high: the bias if the worst did.
-        bins: groups of states by Q.
-    """
-
-    states: int
-    excluded: int
-    mean_q: float | None
-    mean_return: float | None
-    bias: float | None
-    bias_low: float | None
-    bias_high: float | None
-    bins: list[QBin]
+    states: int  # that count
+    excluded: int  # too near the time limit for their return to be known
+    mean_q: float | None = None  # over the states that count
+    mean_return: float | None = None  # over the same states, middle of the bounds
+    bias: float | None = None  # mean of Q minus mean of the return
+    bias_low: float | None = None  # if the best followed every time limit
+    bias_high: float | None = None  # if the worst did
+    bins: list[QBin] = field(default_factory=list)  # groups of states by Q
 
 
 def q_calibration(q: FloatArray, rollouts: Sequence[Rollout], gamma: float, tail: Tail) -> QCalibration:
@@ -136,7 +117,7 @@ def q_calibration(q: FloatArray, rollouts: Sequence[Rollout], gamma: float, tail
     low, high, counts = (np.concatenate(part) for part in zip(*parts, strict=True))
     low, high, q, states = low[counts], high[counts], q[counts], int(counts.sum())
     if not states:
-        return QCalibration(0, len(counts), None, None, None, None, None, [])
+        return QCalibration(0, len(counts))
     middle = (low + high) / 2
     mean_q = float(q.mean())
     return QCalibration(
@@ -147,19 +128,10 @@ def q_calibration(q: FloatArray, rollouts: Sequence[Rollout], gamma: float, tail
         bias=mean_q - float(middle.mean()),
         bias_low=mean_q - float(high.mean()),
         bias_high=mean_q - float(low.mean()),
-        bins=_bins(q, middle),
+        bins=[_bin(q[part], middle[part]) for part in np.array_split(np.argsort(q, kind="stable"), min(BINS, states))],
     )
 
 
-def _bins(q: FloatArray, returns: FloatArray) -> list[QBin]:
-    parts = [part for part in np.array_split(np.argsort(q, kind="stable"), BINS) if len(part)]
-    return [
-        QBin(
-            q=float(q[part].mean()),
-            mean=float(returns[part].mean()),
-            low=float(np.quantile(returns[part], 0.1)),
-            high=float(np.quantile(returns[part], 0.9)),
-            states=len(part),
-        )
-        for part in parts
-    ]
+def _bin(q: FloatArray, returns: FloatArray) -> QBin:
+    low, high = np.quantile(returns, (0.1, 0.9)).tolist()
+    return QBin(float(q.mean()), float(returns.mean()), low, high, len(q))

@@ -5,19 +5,21 @@ the best that the reward allows, and weighs γ^k for a state k steps earlier. Ea
 states too near the limit are excluded.
 """
 
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
+from scipy.signal import lfilter
 
 from asddpg.config import TrainConfig
-
-FloatArray = npt.NDArray[np.float64]
+from tasks.physics import FloatArray
 
 MAX_UNKNOWN_WEIGHT = 0.2  # of the unknown rest of a return; 0.99^160
 
 
-class Tail(NamedTuple):
+@dataclass(frozen=True)
+class Tail:
     """The worst and the best return after a time limit."""
 
     worst: float
@@ -43,18 +45,12 @@ def tail_bounds(config: TrainConfig) -> Tail:
 
 
 def discounted_returns(rewards: FloatArray, gamma: float, is_ended: bool, tail: Tail) -> Returns:
-    """Σ γ^i r from each step on.
+    """Σ γ^i r from each step on, of the rewards (steps,) of an episode.
 
-    Args:
-        rewards: of an episode's steps, (steps,).
-        gamma: γ.
-        is_ended: whether the episode terminated; otherwise the time limit truncated it.
-        tail: bounds of the return after a time limit.
+    It ended, or the time limit truncated it and a return within `tail` would have followed.
     """
-    low, high = (0.0, 0.0) if is_ended else tail
-    lows, highs = np.empty(len(rewards)), np.empty(len(rewards))
-    for index in range(len(rewards) - 1, -1, -1):
-        low, high = rewards[index] + gamma * low, rewards[index] + gamma * high
-        lows[index], highs[index] = low, high
-    unknown = gamma ** np.arange(len(rewards), 0, -1)
-    return Returns(lows, highs, (unknown <= MAX_UNKNOWN_WEIGHT) | is_ended)
+    known = lfilter([1.0], [1.0, -gamma], rewards[::-1])[::-1]
+    if is_ended:
+        return Returns(known, known, np.ones(len(rewards), dtype=np.bool_))
+    weights = gamma ** np.arange(len(rewards), 0, -1)  # of the return after the time limit
+    return Returns(known + weights * tail.worst, known + weights * tail.best, weights <= MAX_UNKNOWN_WEIGHT)

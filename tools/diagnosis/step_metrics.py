@@ -4,11 +4,12 @@ The schedule (agent.withdrawal) withdraws the controller whatever the switch pre
 steps that the controller drove, and `preferred`, steps where the switch rated it above the policy.
 """
 
-import zipfile
 import zlib
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +17,7 @@ import numpy.typing as npt
 from asddpg.errors import UserError
 from asddpg.runs.safe_loading import check_packed
 
-StepArrays = Mapping[str, npt.NDArray[np.float32]]
+StepArrays = Mapping[str, npt.NDArray[Any]]  # by name, each (steps,)
 
 WINDOWS = 40  # of training, at most
 QUARTERS = 4
@@ -24,17 +25,7 @@ DISTANCE_BIN = 0.5  # m
 CELL = 0.4  # m, of the map
 MIN_COUNT = 10  # steps, below which there is no share
 MAX_UNPACKED_BYTES = 4 * 10**9  # bytes that steps.npz may unpack to; ten million steps are a fourth of it
-_DAMAGE = (
-    zipfile.BadZipFile,
-    zlib.error,
-    EOFError,
-    OSError,
-    ValueError,
-    LookupError,
-    TypeError,
-    AttributeError,
-    MemoryError,
-)
+DAMAGE = (BadZipFile, zlib.error, EOFError, OSError, ValueError, LookupError, TypeError, AttributeError, MemoryError)
 NEEDED = ("x", "y", "distance", "by_controller", "q_policy", "q_controller")  # arrays of steps.npz
 
 
@@ -42,8 +33,8 @@ NEEDED = ("x", "y", "distance", "by_controller", "q_policy", "q_controller")  # 
 class Preferred:
     """Share of the steps at which the switch preferred the controller, and the step at each window's centre."""
 
-    steps: list[float]
-    shares: list[float]
+    steps: list[float] = field(default_factory=list)
+    shares: list[float] = field(default_factory=list)
 
 
 @dataclass(frozen=True)
@@ -68,67 +59,67 @@ class Cell:
 
 
 def read_steps(path: Path) -> StepArrays:
-    """The arrays of steps.npz that metrics need.
+    """The columns of steps.npz that the metrics need, and `preferred`: whether the switch rated the controller higher.
 
     Raises:
         UserError: the file is damaged.
     """
     try:
-        check_packed(path, MAX_UNPACKED_BYTES)
-        with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
-            steps = {name: arrays[name] for name in NEEDED}
-            if len({array.shape for array in steps.values()}) > 1:
-                raise ValueError("the arrays differ in length")
-            return steps
-    except _DAMAGE as error:
+        steps = read_columns(path, NEEDED)
+    except DAMAGE as error:
         raise UserError(
             f"{path} is damaged or not written by asddpg.train; move it away and the rest is diagnosed"
         ) from error
+    return {**steps, "preferred": steps["q_controller"] > steps["q_policy"]}
 
 
-def _preferred(steps: StepArrays) -> npt.NDArray[np.bool_]:
-    """Whether the switch rated the controller above the policy, (steps,)."""
-    preferred: npt.NDArray[np.bool_] = steps["q_controller"] > steps["q_policy"]
-    return preferred
+def read_columns(path: Path, names: Sequence[str]) -> StepArrays:
+    """Columns of steps.npz; an exception of DAMAGE where it is damaged."""
+    check_packed(path, MAX_UNPACKED_BYTES)
+    # Opened here: of a damaged one np.load leaves its own open.
+    with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:
+        steps = {name: arrays[name] for name in names}
+    if len({array.shape for array in steps.values()}) > 1:
+        raise ValueError("the arrays differ in length")
+    return steps
 
 
 def shares_over_training(steps: StepArrays) -> Preferred:
     """Share of the steps at which the switch preferred the controller, by windows of training."""
-    parts = [part for part in np.array_split(_preferred(steps), WINDOWS) if len(part)]
-    return Preferred(bin_centres(len(steps["x"]), len(parts)), [float(part.mean()) for part in parts])
+    count = len(steps["preferred"])
+    parts = np.array_split(steps["preferred"], min(WINDOWS, count)) if count else []
+    return Preferred(bin_centres(count, len(parts)), [float(part.mean()) for part in parts])
 
 
 def shares_by_distance(steps: StepArrays) -> list[ByDistance]:
     """The controller's shares by distance to the goal in each quarter of training."""
-    distance, driven, preferred = steps["distance"], steps["by_controller"], _preferred(steps)
-    edges = np.array_split(np.arange(len(distance)), QUARTERS)
     found = []
-    for number, rows in enumerate(edges, start=1):
-        part = (distance[rows] / DISTANCE_BIN).astype(int)
-        counts = np.bincount(part)
-        shown = np.flatnonzero(counts >= MIN_COUNT)
-        shares = [
-            (np.bincount(part, weights=values[rows])[shown] / counts[shown]).tolist() for values in (driven, preferred)
-        ]
-        found.append(ByDistance(number, ((shown + 0.5) * DISTANCE_BIN).tolist(), *shares))
+    for quarter, rows in enumerate(np.array_split(np.arange(len(steps["distance"])), QUARTERS), start=1):
+        bins, _, *shares = _shares(np.floor(steps["distance"][rows] / DISTANCE_BIN), steps, rows)
+        found.append(ByDistance(quarter, ((bins + 0.5) * DISTANCE_BIN).tolist(), *shares))
     return found
 
 
 def shares_by_place(steps: StepArrays) -> list[Cell]:
     """The controller's shares by place in the last quarter of training, in cells with MIN_COUNT steps or more."""
-    last = slice(len(steps["x"]) * (QUARTERS - 1) // QUARTERS, None)
-    places = np.stack([steps["x"][last], steps["y"][last]], axis=1).astype(np.float64)
-    cells, part, counts = np.unique(np.floor(places / CELL), axis=0, return_inverse=True, return_counts=True)
+    rows = np.arange(len(steps["x"]) * (QUARTERS - 1) // QUARTERS, len(steps["x"]))
+    places = np.stack([steps["x"][rows], steps["y"][rows]], axis=1).astype(np.float64)
+    cells, counts, driven, preferred = _shares(np.floor(places / CELL), steps, rows)
+    x, y = ((cells + 0.5) * CELL).round(3).T.tolist()
+    return list(map(Cell, x, y, counts, driven, preferred))
+
+
+def _shares(
+    groups: npt.NDArray[Any], steps: StepArrays, rows: npt.NDArray[np.intp]
+) -> tuple[npt.NDArray[Any], list[int], list[float], list[float]]:
+    """The groups of rows that have MIN_COUNT of them, their numbers of rows, and the shares driven and preferred."""
+    found, group, counts = np.unique(groups, axis=0, return_inverse=True, return_counts=True)
+    shown = counts >= MIN_COUNT
     driven, preferred = (
-        np.bincount(part.ravel(), weights=values[last], minlength=len(counts)) / counts
-        for values in (steps["by_controller"], _preferred(steps))
+        (np.bincount(group.ravel(), weights=steps[name][rows], minlength=len(counts)) / counts)[shown].tolist()
+        for name in ("by_controller", "preferred")
     )
-    centres = (cells + 0.5) * CELL
-    return [
-        Cell(round(x, 3), round(y, 3), int(count), float(drove), float(prefers))
-        for (x, y), count, drove, prefers in zip(centres.tolist(), counts, driven, preferred, strict=True)
-        if count >= MIN_COUNT
-    ]
+    return found[shown], counts[shown].tolist(), driven, preferred
 
 
 def bin_centres(total: float, windows: int) -> list[float]:

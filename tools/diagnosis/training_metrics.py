@@ -2,14 +2,14 @@
 
 import csv
 import io
-import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 import numpy.typing as npt
 
 from asddpg.errors import UserError
+from tasks.physics import FloatArray
 from tools.diagnosis.step_metrics import (
     WINDOWS,
     ByDistance,
@@ -22,8 +22,7 @@ from tools.diagnosis.step_metrics import (
     shares_over_training,
 )
 
-FloatArray = npt.NDArray[np.float64]
-
+COLUMNS = ("step", "steps", "controller_share", "td_error_policy", "td_error_controller")
 EPISODES = 5  # a window, at least, on average
 
 
@@ -45,9 +44,9 @@ class TrainingMetrics:
     """Metrics of a training; all but `windows` are empty without a step log or a controller."""
 
     windows: Windows
-    preferred: Preferred
-    by_distance: list[ByDistance]
-    by_place: list[Cell]
+    preferred: Preferred = field(default_factory=Preferred)
+    by_distance: list[ByDistance] = field(default_factory=list)
+    by_place: list[Cell] = field(default_factory=list)
 
 
 def read_training_metrics(metrics: Path, steps: Path | None) -> TrainingMetrics:
@@ -58,7 +57,7 @@ def read_training_metrics(metrics: Path, steps: Path | None) -> TrainingMetrics:
     """
     windows = read_windows(metrics)
     if steps is None:
-        return TrainingMetrics(windows, Preferred([], []), [], [])
+        return TrainingMetrics(windows)
     log = read_steps(steps)
     return TrainingMetrics(windows, shares_over_training(log), shares_by_distance(log), shares_by_place(log))
 
@@ -70,39 +69,21 @@ def read_windows(metrics: Path) -> Windows:
         UserError: the file is missing or damaged.
     """
     try:
-        return _windows(_finished_rows(metrics))
+        # A row that a training in progress is writing has no end of line yet.
+        whole, _, _ = metrics.read_text(encoding="utf-8").rpartition("\n")
+        rows = list(csv.DictReader(io.StringIO(whole)))
+        columns = {name: np.array([float(row.get(name) or "nan") for row in rows]) for name in COLUMNS}
+        if not np.isfinite([columns["step"], columns["steps"]]).all():
+            raise ValueError("a row has no steps")
     except OSError as error:
         raise UserError(f"{metrics} cannot be read: {error.strerror}") from error
-    except (csv.Error, ValueError, TypeError, KeyError) as error:
+    except (csv.Error, ValueError, TypeError) as error:
         raise UserError(f"{metrics} is damaged or not written by asddpg.train") from error
-
-
-def _finished_rows(metrics: Path) -> list[dict[str, str]]:
-    """All rows but one that a training in progress is writing: it has no end of line yet."""
-    whole, _, _ = metrics.read_text(encoding="utf-8").rpartition("\n")
-    return list(csv.DictReader(io.StringIO(whole)))
-
-
-def _windows(rows: list[dict[str, str]]) -> Windows:
-    ends, lengths = (np.array([_finite(row[name]) for row in rows]) for name in ("step", "steps"))
+    ends, lengths, *others = columns.values()
     total = ends[-1] if len(ends) else 0.0
     windows = min(WINDOWS, max(len(rows) // EPISODES, 1))
     window = ((ends - lengths / 2) * windows / max(total, 1.0)).astype(int)
-
-    def means(name: str) -> list[float | None]:
-        values = np.array([float(row.get(name) or "nan") for row in rows])
-        return _means(values, lengths, window, windows)
-
-    return Windows(
-        bin_centres(total, windows), means("controller_share"), means("td_error_policy"), means("td_error_controller")
-    )
-
-
-def _finite(text: str) -> float:
-    value = float(text)
-    if not math.isfinite(value):
-        raise ValueError(text)
-    return value
+    return Windows(bin_centres(total, windows), *(_means(values, lengths, window, windows) for values in others))
 
 
 def _means(values: FloatArray, weights: FloatArray, part: npt.NDArray[np.intp], parts: int) -> list[float | None]:

@@ -28,7 +28,7 @@ PICTURE_FILE = Range(lambda path: path.suffix.lower() in (".png", ".jpg", ".jpeg
 
 
 def open_renderer(model: mujoco.MjModel, width: int, height: int) -> OffscreenRenderer:
-    """A renderer for pictures of up to LARGEST px, also beyond what the scene provides for."""
+    """A renderer for pictures of up to MAX_SIDE_PX, also beyond what the scene provides for."""
     limits = model.vis.global_
     limits.offwidth, limits.offheight = max(limits.offwidth, width), max(limits.offheight, height)
     return OffscreenRenderer(model, width, height)

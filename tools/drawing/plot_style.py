@@ -1,20 +1,20 @@
 """Style of all plots: Okabe and Ito's colours, which colour-blind readers can distinguish, with a marker each."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
-import numpy.typing as npt
 from matplotlib import rcParams
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
-DPI = 120
+from tasks.physics import FloatArray
 
-Values = Sequence[float] | npt.NDArray[np.float64]
+DPI = 120
+Values = Sequence[float] | FloatArray
 
 
 @dataclass(frozen=True)
@@ -29,13 +29,16 @@ class Style:
         """The same style under another name."""
         return replace(self, name=name)
 
-    def line(self, axes: Axes, x: Values, y: Values, name: str | None = None) -> None:
-        """Draw a curve."""
-        axes.plot(x, y, color=self.colour, marker=self.marker, ms=4, label=name or self.name)
+    def line(self, axes: Axes, x: Values, y: Iterable[float | None], size: int = 4) -> None:
+        """Draw a curve with markers of that size, points; None leaves a gap."""
+        values = np.array(list(y), dtype=float)
+        axes.plot(x, values, color=self.colour, marker=self.marker, ms=size, label=self.name)
 
-    def level(self, axes: Axes, y: float) -> None:
-        """Draw a horizontal line."""
-        axes.axhline(y, color=self.colour, linestyle="--", label=self.name)
+    def band(self, axes: Axes, x: Values, estimates: Iterable[Iterable[float | None]]) -> None:
+        """Draw a curve of values with a band around it, each estimate being value, low and high."""
+        value, low, high = np.array(list(estimates), dtype=float).reshape(-1, 3).T
+        axes.fill_between(x, low, high, color=self.colour, alpha=0.15, linewidth=0)
+        self.line(axes, x, value)
 
 
 ACTOR = Style("actor alone", "#0072B2", "o")

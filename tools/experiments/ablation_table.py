@@ -1,20 +1,32 @@
-"""The ablation's table: what each factor changes against its reference; and what the first seed rules out."""
+"""The ablation's table: what each factor changes, what chance alone changes, and what the first seed rules out."""
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
-from asddpg.episodes.intervals import Estimate, mean
-from tools.experiments.chance import chance
-from tools.experiments.markdown import markdown
+import numpy as np
+from scipy import stats
+
+from asddpg.episodes.intervals import LEVEL, Estimate, mean
 from tools.experiments.run_metrics import METRICS, Metric
 from tools.experiments.run_store import FinishedRun, Results
 from tools.experiments.runs import Group
-from tools.experiments.tables import LEGEND, mean_cell, missing_note, value_cell
+from tools.experiments.tables import LEGEND, markdown, mean_cell, missing_note, value_cell
 
 EFFECT_ON = "success_last"
-SHOWN = ["success_last", "collision_last", "success_best", "success_training", "share_end", "switch_prefers"]
-SHOWN += ["last_five", "swing"]
+SHOWN = [
+    "success_last",
+    "collision_last",
+    "success_best",
+    "success_training",
+    "share_end",
+    "switch_prefers",
+    "last_five",
+    "swing",
+]
 EFFECT = Metric("effect on success rate", "{:+.3f}", is_share=False)
+FEWEST_SETTINGS = 5
+EFFICIENCY = 0.37  # of the median magnitude against the mean square, for normal residuals (Rousseeuw and Croux, 1993)
 UNKNOWN = Estimate(None, None, None)
 
 
@@ -73,13 +85,12 @@ def _rows(root: str, grid: Mapping[str, Group], results: Results) -> list[list[s
             effects[name] = mean([rate - base[seed] for seed, rate in rates if seed in base])
     # The root first, then the largest effect; those not known yet at the end.
     order = sorted(effects, key=lambda name: (name != root, effects[name].value is None, -(effects[name].value or 0.0)))
-    return [_row(root, name, grid, results[name], effects[name]) for name in order if results[name]]
+    return [_row(grid[name], root, grid, results[name], effects[name]) for name in order if results[name]]
 
 
 def _row(
-    root: str, name: str, grid: Mapping[str, Group], runs: Mapping[int, FinishedRun], effect: Estimate
+    group: Group, root: str, grid: Mapping[str, Group], runs: Mapping[int, FinishedRun], effect: Estimate
 ) -> list[str]:
-    group = grid[name]
     against = f", against {grid[group.reference].title}" if group.reference not in (None, root) else ""
     return [
         group.title + against + missing_note(group, len(runs)),
@@ -91,7 +102,7 @@ def _row(
 
 
 def _chance_note(root: str, grid: Mapping[str, Group], results: Results) -> list[str]:
-    """What a difference has to exceed; nothing where too few runs tell it."""
+    """What a difference has to exceed; nothing where there are too few runs."""
     seeds = grid[root].seeds
     rates = [_rates(results[name]) for name in grid if _references(name, grid)[-1] == root]
     complete = [[by_seed[seed] for seed in seeds] for by_seed in rates if set(seeds) <= set(by_seed)]
@@ -103,3 +114,31 @@ def _chance_note(root: str, grid: Mapping[str, Group], results: Results) -> list
         f"{len(complete)} settings with all seeds). The largest of all differences has to exceed more: among {others} "
         f"differences chance gives one of up to {chance(complete, others):.3f}."
     ]
+
+
+def chance(values: Sequence[Sequence[float]], differences: int = 1) -> float | None:
+    """Half the 95 % interval of a difference between two settings' means, from the spread of all settings.
+
+    Three seeds say little of their own spread; a whole grid says much of it. What a run's value has beyond its setting
+    and its seed is chance: the residual of a two-way layout without interaction. The standard deviation is taken from
+    the median of the residuals' magnitudes, since a single setting that some seeds fail at would outweigh the others in
+    a mean of squares.
+
+    Args:
+        values: (settings, seeds), all settings with the same seeds.
+        differences: how many are looked at; of several, what the largest stays below in 95 % of all grids without any
+            effect (Šidák's bound, which takes them for independent).
+
+    Returns:
+        None where there are too few settings or seeds.
+    """
+    if len(values) < FEWEST_SETTINGS or len(values[0]) < 2:
+        return None
+    table = np.asarray(values)
+    settings, seeds = table.shape
+    residuals = table - table.mean(axis=1, keepdims=True)
+    residuals -= np.median(residuals, axis=0)
+    freedom = (settings - 1) * (seeds - 1)
+    deviation = stats.median_abs_deviation(residuals, axis=None, scale="normal") * math.sqrt(table.size / freedom)
+    level = LEVEL ** (1 / differences)
+    return float(stats.t.ppf((1 + level) / 2, EFFICIENCY * freedom) * deviation * math.sqrt(2 / seeds))

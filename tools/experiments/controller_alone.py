@@ -13,8 +13,8 @@ from asddpg.episodes.evaluation import ROWS, cell, evaluate
 from asddpg.episodes.intervals import Estimate
 from asddpg.runs.run_folder import write_json
 from tasks.evaluation_pairs import stored_pairs
-from tools.experiments.markdown import markdown
 from tools.experiments.runs import current_scene, differences, digest
+from tools.experiments.tables import markdown
 
 SHOWN = {name: row for name, row in ROWS.items() if name != "metric"}
 
@@ -28,8 +28,8 @@ def table(configs: Iterable[TrainConfig], folder: Path, may_drive: bool) -> str:
     for config in configs:
         metrics = _measure(config, folder, may_drive)
         if metrics:
-            cells = [cell(_estimate(metrics[name]), form) for name, (_, form) in SHOWN.items()]
-            rows[describe(config)] = [describe(config), *cells]
+            figures = {name: Estimate(metrics[name]["value"], *metrics[name]["ci95"]) for name in SHOWN}
+            rows[describe(config)] = [describe(config), *(cell(figures[name], SHOWN[name][1]) for name in SHOWN)]
     header = ["controller alone", *(title for title, _ in SHOWN.values())]
     note = "In brackets 95 % intervals over the stored test pairs, Wilson's for rates."
     return f"{markdown(header, rows.values())}\n\n{note}" if rows else ""
@@ -42,10 +42,6 @@ def describe(config: TrainConfig) -> str:
     others = differences({"task": dataclasses.asdict(config.task)})
     named = [f"{name.removeprefix('task.')}={value}" for name, value in others.items() if name != "task.name"]
     return ", ".join([config.task.name, f"{name}({gains})", *named])
-
-
-def _estimate(metric: Mapping[str, Any]) -> Estimate:
-    return Estimate(metric["value"], *metric["ci95"])
 
 
 def _measure(config: TrainConfig, folder: Path, may_drive: bool) -> Mapping[str, Any] | None:

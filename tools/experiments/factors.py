@@ -3,26 +3,17 @@
 The grid finds out which of them the default has, so this table stays as it is when the default changes.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 
-@dataclass(frozen=True)
-class Factor:
-    """Something that learning may have or lack, by arguments of `python -m asddpg.train` with spaces between them.
-
-    Attributes:
-        title: what it is.
-        source: the paper or code it comes from.
-        off: without it.
-        on: with it.
-        beside: what has to be set for it to act, or to be possible; its reference has that too.
-    """
+class Factor(NamedTuple):
+    """Something that learning may have or lack, by arguments of `python -m asddpg.train` with spaces between them."""
 
     title: str
-    source: str
-    off: str
-    on: str
-    beside: str = ""
+    source: str  # who proposed it
+    off: str  # without it
+    on: str  # with it
+    beside: str = ""  # what has to be set for it to act, or to be possible; its reference has that too
 
 
 # fmt: off

@@ -18,7 +18,7 @@ STEPS_PER_SECOND = 90.0  # of each of two runs at once on two cores, until there
 T = TypeVar("T")
 
 
-def parse_choices(arguments: Sequence[str], choices: Mapping[str, T], kind: str) -> tuple[str, bool, Mapping[str, T]]:
+def parse_selection(names: Sequence[str], choices: Mapping[str, T], kind: str) -> tuple[str, bool, Mapping[str, T]]:
     """Read the arguments that are no options.
 
     Returns:
@@ -27,15 +27,14 @@ def parse_choices(arguments: Sequence[str], choices: Mapping[str, T], kind: str)
     Raises:
         UserError: an argument is unknown, or two exclude each other.
     """
-    named = [argument.removeprefix("--") for argument in arguments]
-    unknown = [name for name in named if name not in (*VERBS, "published", *choices)]
-    if unknown:
-        known = f"{', '.join(choices)}, and {', '.join(VERBS)}, published"
-        raise UserError(f"there is no {kind} {unknown[0]!r}; there are {known}")
-    if set(VERBS) <= set(named):
+    for name in names:
+        if name not in (*VERBS, "published", *choices):
+            known = f"{', '.join(choices)}, and {', '.join(VERBS)}, published"
+            raise UserError(f"there is no {kind} {name!r}; there are {known}")
+    if set(VERBS) <= set(names):
         raise UserError("list or table, not both")
-    chosen = {name: choice for name, choice in choices.items() if name in named}
-    return next((verb for verb in VERBS if verb in named), ""), "published" in named, chosen or choices
+    chosen = {name: choice for name, choice in choices.items() if name in names}
+    return next((verb for verb in VERBS if verb in names), ""), "published" in names, chosen or choices
 
 
 def run_grid(verb: str, groups: Mapping[str, Group], store: RunStore, draw: Callable[[Results], str]) -> None:
@@ -78,7 +77,7 @@ def _plan(groups: Mapping[str, Group], store: RunStore) -> list[str]:
     results, missing = store.results(groups), store.missing(groups)
     lines = []
     for name, group in groups.items():
-        seeds = ", ".join(str(seed) for seed in group.seeds)
+        seeds = ", ".join(map(str, group.seeds))
         lines.append(f"{name}: {group.title}; seeds {seeds}; {len(results[name])} of {len(group.seeds)} finished")
         lines.append(f"    {shlex.join(group.options)}")
     steps = sum(run.config.total_steps for run in missing)

@@ -1,11 +1,9 @@
 """Metrics of a finished run: what they are called, and how its files give them."""
 
-import csv
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 
@@ -13,9 +11,9 @@ from asddpg.config import TrainConfig
 from asddpg.episodes.evaluation import cell
 from asddpg.episodes.intervals import Estimate
 from asddpg.errors import UserError
+from asddpg.observers.metrics_log import read_rows
 from asddpg.runs.run_folder import RunFolder
-from asddpg.runs.safe_loading import check_packed
-from tools.diagnosis.step_metrics import MAX_UNPACKED_BYTES
+from tools.diagnosis.step_metrics import DAMAGE, read_columns
 
 LAST_EPISODES = 200
 VALIDATIONS_COUNTED = 5
@@ -74,24 +72,20 @@ def read_metrics(run: RunFolder, config: TrainConfig) -> Metrics:
         seconds = resources["training_seconds"]
         return (
             dict.fromkeys(METRICS)
-            | _training_metrics(_read_rows(run.metrics), config)
+            | _training_metrics(read_rows(run.metrics), config)
             | (_test_metrics(run.test) if config.test_episodes else {})
-            # A short run may end before the first validation falls due.
-            | (_validation_metrics(_read_rows(run.validation)) if run.validation.exists() else {})
+            | _validation_metrics(read_rows(run.validation))  # a short run may have none
             | {"switch_prefers": _switch_preference(run.steps, config) if run.steps.exists() else None}
             | {"steps_per_second": config.total_steps / seconds if seconds else None}
             | {"memory_mb": resources["peak_memory_mb"]}
         )
-    except (OSError, EOFError, ValueError, KeyError, TypeError, BadZipFile) as error:
+    except DAMAGE as error:
         raise UserError(f"{run.path} lacks a metric; remove it to train it again") from error
 
 
-def _read_rows(path: Path) -> list[dict[str, str]]:
-    with path.open(newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
-
-
 def _training_metrics(episodes: Sequence[dict[str, str]], config: TrainConfig) -> dict[str, float | None]:
+    if not episodes:
+        raise ValueError("no episodes")
     outcomes = [row["outcome"] for row in episodes if row["outcome"] != "cut"][-LAST_EPISODES:]
     # For the controller's share an episode counts where it ends.
     ends = np.array([int(row["step"]) for row in episodes]) / config.total_steps
@@ -100,10 +94,9 @@ def _training_metrics(episodes: Sequence[dict[str, str]], config: TrainConfig) -
     parts = {f"share_{q + 1}": (q / 4, (q + 1) / 4) for q in range(4)} | {"share_end": (0.9, 1.0)}
     metrics = {"success_training": outcomes.count("reached") / len(outcomes) if outcomes else None}
     for name, (begin, end) in parts.items():
-        is_in = (ends > begin) & (ends <= end)
-        metrics[name] = (
-            float(driven[is_in].sum() / steps[is_in].sum()) if config.agent.assisted and any(is_in) else None
-        )
+        inside = (ends > begin) & (ends <= end)
+        if config.agent.assisted and any(inside):
+            metrics[name] = float(driven[inside].sum() / steps[inside].sum())
     return metrics
 
 
@@ -123,10 +116,7 @@ def _validation_metrics(rows: Sequence[dict[str, str]]) -> dict[str, float | Non
 
 def _switch_preference(path: Path, config: TrainConfig) -> float | None:
     """Unlike the controller's share, the schedule that takes the controller away does not touch it."""
-    check_packed(path, MAX_UNPACKED_BYTES)
-    last = slice(round(0.9 * config.total_steps), None)
-    # Opened here: of a damaged one np.load leaves its own open.
-    with path.open("rb") as file, np.load(file, allow_pickle=False) as steps:
-        q_policy, q_controller = steps["q_policy"][last], steps["q_controller"][last]
+    q = read_columns(path, ("q_policy", "q_controller"))
+    q_policy, q_controller = (q[name][round(0.9 * config.total_steps) :] for name in ("q_policy", "q_controller"))
     is_known = ~np.isnan(q_policy) & ~np.isnan(q_controller)
     return float(np.mean(q_controller[is_known] > q_policy[is_known])) if is_known.any() else None

@@ -1,6 +1,6 @@
 """Finished runs, found by the digest of what they were trained with.
 
-One run serves every group that asks for its options, and a run of other options serves none.
+A run belongs to every group with its options, and to no other.
 """
 
 import itertools
@@ -18,7 +18,7 @@ from tools.experiments.runs import Group, Run, digest
 
 @dataclass(frozen=True)
 class FinishedRun:
-    """What a table says of a run: its metrics, what it was made with, and the folder it lies or lay in."""
+    """The metrics of a run, its provenance, and the folder that holds or held it."""
 
     metrics: Metrics
     provenance: Mapping[str, str]
@@ -51,7 +51,7 @@ class RunStore:
         }
 
     def missing(self, groups: Mapping[str, Group]) -> list[Run]:
-        """The runs still to be trained, each once, with the title of the first group that asks for it."""
+        """The runs still to be trained, each once, with the title of the first group that has it."""
         runs: dict[str, Run] = {}
         for group in groups.values():
             for seed in group.seeds:
@@ -68,7 +68,7 @@ def can_resume(run: Run, path: Path) -> bool:
 
 
 def _read_provenance(folder: RunFolder, run: Run) -> Mapping[str, str] | None:
-    """What a run was made with; None where the folder does not hold it as its options say, from begin to end.
+    """The provenance of a run; None where the folder does not hold one that had its options from begin to end.
 
     The schedules of a prolonged run ended before it did; one resumed in another scene or with other versions is half
     of each.

@@ -1,9 +1,8 @@
 """Tables of finished runs, in Markdown, with means and 95 % Student intervals over seeds."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 from asddpg.episodes.intervals import Estimate, mean
-from tools.experiments.markdown import markdown
 from tools.experiments.run_metrics import METRICS
 from tools.experiments.run_store import FinishedRun, Results
 from tools.experiments.runs import Group, current_scene
@@ -15,6 +14,12 @@ LEGEND = (
     "prefers the controller: the share of the steps in the last 10 % where it rates the controller above the actor, "
     "whichever drove. In brackets 95 % Student intervals over seeds, of shares cut at 0 and 1."
 )
+
+
+def markdown(header: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """A table of a header and rows of cells."""
+    lines = [header, ["---"] * len(header), *rows]
+    return "\n".join(f"| {' | '.join(cell.replace('|', '/') for cell in line)} |" for line in lines)
 
 
 def value_cell(name: str, run: FinishedRun) -> str:
@@ -50,14 +55,14 @@ def describe_provenance(groups: Mapping[str, Group], results: Results) -> str:
     packages: set[str] = set()
     scenes: dict[tuple[str, str], set[str]] = {}  # hashes by title and the hash of today
     for name, group in groups.items():
+        task, beams = group.config.task.name, group.config.task.laser.num_beams
         for run in results[name].values():
             packages.add(run.provenance.get("asddpg", "unknown"))
-            task, beams = group.config.task.name, group.config.task.laser.num_beams
             scene = (f"{task} with {beams} beams", current_scene(task, beams))
             scenes.setdefault(scene, set()).add(run.provenance.get("model_hash", "unknown"))
     if not scenes:
         return ""
-    made = "; ".join(f"{title} {', '.join(sorted(hashes))}" for (title, _), hashes in scenes.items())
-    said = f"Trained with asddpg {', '.join(sorted(packages))}; scene {made}."
-    changed = "; ".join(f"{title} is {now}" for (title, now), hashes in scenes.items() if hashes != {now})
-    return f"{said} Not all runs are of today's scene: {changed} now." if changed else said
+    hashes = "; ".join(f"{title} {', '.join(sorted(found))}" for (title, _), found in scenes.items())
+    text = f"Trained with asddpg {', '.join(sorted(packages))}; scene {hashes}."
+    changed = "; ".join(f"{title} is {today}" for (title, today), found in scenes.items() if found != {today})
+    return f"{text} Not all runs are of today's scene: {changed} now." if changed else text

@@ -1,13 +1,18 @@
 """The card of a pretrained policy: training, results, failures, use."""
 
+import shlex
 import textwrap
+from collections.abc import Mapping
 from dataclasses import dataclass
 from string import Template
 
+from asddpg.command_line import train_config
 from asddpg.config import TaskConfig, TrainConfig
 from asddpg.episodes.evaluation import ROWS, EvaluationResult, cell
+from asddpg.options.values import write_value
 from tasks import gymnasium_id
-from tools.experiments.markdown import markdown
+from tasks.options import options_of
+from tools.experiments.tables import markdown
 
 _CARD = Template("""\
 # $name
@@ -68,33 +73,18 @@ DRIVERS = {
 
 @dataclass(frozen=True)
 class Facts:
-    """Contents of a card.
-
-    Attributes:
-        name: name of the policy.
-        config: configuration of its training.
-        command: command line that trains it.
-        checkpoint: last or best.
-        step: training steps of the weights.
-        seconds: duration of the training.
-        note: how the seed was chosen, may be empty.
-        provenance: versions and scene of the training.
-        tested_scene: hash of the scene of the test.
-        metrics: by driver, as in DRIVERS.
-        failures: Markdown about the failures.
-    """
+    """Contents of a card."""
 
     name: str
     config: TrainConfig
-    command: str
-    checkpoint: str
-    step: int
-    seconds: float
-    note: str
-    provenance: dict[str, str]
-    tested_scene: str
-    metrics: dict[str, EvaluationResult]
-    failures: str
+    checkpoint: str  # last or best
+    step: int  # of the weights
+    seconds: float  # of the training
+    note: str  # how the seed was chosen; may be empty
+    provenance: Mapping[str, str]  # versions and scene of the training
+    tested_scene: str  # hash
+    metrics: dict[str, EvaluationResult]  # by driver, as in DRIVERS
+    failures: str  # Markdown
 
 
 def card(facts: Facts) -> str:
@@ -107,7 +97,7 @@ def card(facts: Facts) -> str:
         step=facts.step,
         total_steps=config.total_steps,
         checkpoint=chosen,
-        command=facts.command,
+        command=shlex.join(["python", "-m", "asddpg.train", *arguments_of(config)]),
         circumstances=_circumstances(facts),
         episodes=next(iter(facts.metrics.values())).episodes,
         scene_note=_scene_note(facts),
@@ -118,13 +108,31 @@ def card(facts: Facts) -> str:
     )
 
 
+def arguments_of(config: TrainConfig) -> list[str]:
+    """The arguments that make a configuration, but for the run's folder: train_config's inverse.
+
+    They are the task, then the choices and the options that differ from the task's defaults.
+
+    Raises:
+        UserError: no arguments of this version make that configuration.
+    """
+    arguments = [f"task={config.task.name}"]
+    presets = train_config(arguments)
+    for group in ("agent", "reward", "network"):
+        name = getattr(config, group).name
+        if name != getattr(presets, group).name:
+            arguments.append(f"{group}={name}")
+    defaults = {option.name: option.value for option in options_of(train_config(arguments))}
+    values = {option.name: option.value for option in options_of(config) if option.name != "run_dir"}
+    return arguments + [f"{name}={write_value(value)}" for name, value in values.items() if value != defaults[name]]
+
+
 def _circumstances(facts: Facts) -> str:
-    provenance = dict(facts.provenance)
-    scene = provenance.pop("model_hash")
-    versions = ", ".join(f"{name} {version}" for name, version in provenance.items())
+    versions = ", ".join(f"{name} {version}" for name, version in facts.provenance.items() if name != "model_hash")
     text = (
-        f"Seed {facts.config.seed}, {facts.seconds / 60:.1f} minutes on {facts.config.device}; scene {scene}. With "
-        f"{versions}. On one machine with the same versions the command gives the same weights again."
+        f"Seed {facts.config.seed}, {facts.seconds / 60:.1f} minutes on {facts.config.device}; scene "
+        f"{facts.provenance['model_hash']}. With {versions}. On one machine with the same versions the command gives "
+        "the same weights again."
     )
     return "\n\n".join(_wrapped(part) for part in (text, facts.note) if part)
 

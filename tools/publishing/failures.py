@@ -4,11 +4,11 @@ import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, SupportsFloat
+from typing import SupportsFloat
 
-from asddpg.episodes.protocols import Episode, Observation, Step
+from asddpg.episodes.protocols import Episode, Observer, Step
 from tasks.room_geometry.held_out import Pair
-from tools.experiments.markdown import markdown
+from tools.experiments.tables import markdown
 
 OUTCOME_TITLES = {"reached": "reached", "crashed": "crashed", "timeout": "timed out"}
 NEAR = 1.0  # m from the goal
@@ -36,15 +36,11 @@ class DrivenEpisode:
         return place | {"shortest_path": self.pair.shortest_path, "outcome": self.outcome, "end": end}
 
 
-class EndingsLog:
-    """Observer that records outcome and last place of each episode."""
+class EndingsLog(Observer):
+    """Records outcome and last place of each episode."""
 
     def __init__(self) -> None:
         self._endings: list[tuple[str, tuple[float, float]]] = []
-        self._place = (math.nan, math.nan)
-
-    def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
-        """Do nothing."""
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
         """Record the place."""
@@ -57,7 +53,7 @@ class EndingsLog:
 
     def drives(self, pairs: Sequence[Pair]) -> list[DrivenEpisode]:
         """The episodes with their pairs, in the same order."""
-        return [DrivenEpisode(pair, outcome, end) for pair, (outcome, end) in zip(pairs, self._endings, strict=True)]
+        return [DrivenEpisode(pair, *ending) for pair, ending in zip(pairs, self._endings, strict=True)]
 
 
 def report(drives: Sequence[DrivenEpisode]) -> str:
@@ -68,58 +64,47 @@ def report(drives: Sequence[DrivenEpisode]) -> str:
     near = sum(math.dist(drive.end, drive.pair.goal) < NEAR for drive in failed)
     ending = f"{near} {'ends' if near == 1 else 'end'} within {NEAR:g} m of the goal"
     kinds = f"It fails on {len(failed)} of {len(drives)} pairs: {_kinds(failed)}; {ending}."
-    return "\n\n".join(
-        [kinds, "By length of the shortest path:", _length_table(drives), *_region_table(drives, len(failed))]
-    )
+    return "\n\n".join([kinds, "By length of the shortest path:", _length_table(drives), *_region_table(drives)])
 
 
 def _kinds(drives: Iterable[DrivenEpisode]) -> str:
     counts = Counter(drive.outcome for drive in drives)
-    return ", ".join(f"{counts[name]} {argument}" for name, argument in OUTCOME_TITLES.items() if counts[name])
+    return ", ".join(f"{counts[name]} {title}" for name, title in OUTCOME_TITLES.items() if counts[name])
 
 
 def _length_table(drives: Sequence[DrivenEpisode]) -> str:
-    bins: dict[int, Counter[str]] = {}
-    for drive in drives:
-        bins.setdefault(int(drive.pair.shortest_path), Counter())[drive.outcome] += 1
-    rows = [
-        [f"{metres} to {metres + 1} m", str(counts.total()), *(str(counts[name]) for name in OUTCOME_TITLES)]
-        for metres, counts in sorted(bins.items())
-    ]
+    counts = Counter((int(drive.pair.shortest_path), drive.outcome) for drive in drives)
+    rows = []
+    for metres in sorted({metres for metres, _ in counts}):
+        numbers = [counts[metres, name] for name in OUTCOME_TITLES]
+        rows.append([f"{metres} to {metres + 1} m", *map(str, [sum(numbers), *numbers])])
     return markdown(["path", "pairs", *OUTCOME_TITLES.values()], rows)
 
 
-def _region_table(drives: Sequence[DrivenEpisode], all_failures: int) -> list[str]:
-    regions: dict[tuple[int, int], list[DrivenEpisode]] = {}
+def _region_table(drives: Sequence[DrivenEpisode]) -> list[str]:
+    regions: dict[tuple[float, ...], list[DrivenEpisode]] = {}  # by the corner with the least x and y
     for drive in drives:
-        x, y = drive.pair.goal
-        regions.setdefault((math.floor(x / REGION), math.floor(y / REGION)), []).append(drive)
-    failures = {region: [drive for drive in inside if drive.failed] for region, inside in regions.items()}
-    worst = sorted((r for r in regions if failures[r]), key=lambda r: (-len(failures[r]), len(regions[r]), r))[:WORST]
-    rows = []
-    for region in worst:
-        share, such_as = f"{len(failures[region])} of {len(regions[region])}", failures[region][:SHOWN]
-        rows.append([_square(region), share, _kinds(failures[region]), _examples(such_as)])
-    rest = all_failures - sum(len(failures[region]) for region in worst)
+        regions.setdefault(tuple(REGION * math.floor(value / REGION) for value in drive.pair.goal), []).append(drive)
+    failures = {corner: [drive for drive in inside if drive.failed] for corner, inside in regions.items()}
+    order = sorted(filter(failures.get, regions), key=lambda at: (-len(failures[at]), len(regions[at]), at))
+    rows = [
+        [
+            f"x {west:g} to {west + REGION:g}, y {south:g} to {south + REGION:g}",
+            f"{len(failures[west, south])} of {len(regions[west, south])}",
+            _kinds(failures[west, south]),
+            "; ".join(map(_describe, failures[west, south][:SHOWN])),
+        ]
+        for west, south in order[:WORST]
+    ]
+    rest = sum(len(failures[corner]) for corner in order[WORST:])
     others = f"The other {rest} lie elsewhere; `test.json`" if rest else "`test.json`"
-    head = f"The worst regions, squares of {REGION:g} m by the goal; metres, world frame:"
     return [
-        head,
+        f"The worst regions, squares of {REGION:g} m by the goal; metres, world frame:",
         markdown(["goal in", "failed", "how", "such as"], rows),
         f"{others} lists every failure with start, goal and end.",
     ]
 
 
-def _square(region: tuple[int, int]) -> str:
-    (west, south) = (REGION * index for index in region)
-    return f"x {west:g} to {west + REGION:g}, y {south:g} to {south + REGION:g}"
-
-
-def _examples(drives: Sequence[DrivenEpisode]) -> str:
-    return "; ".join(
-        f"{_place(drive.pair.start[:2])} → {_place(drive.pair.goal)}, ends at {_place(drive.end)}" for drive in drives
-    )
-
-
-def _place(place: tuple[float, ...]) -> str:
-    return f"({', '.join(f'{value:.2f}' for value in place)})"
+def _describe(drive: DrivenEpisode) -> str:
+    start, goal, end = (f"({x:.2f}, {y:.2f})" for x, y in (drive.pair.start[:2], drive.pair.goal, drive.end))
+    return f"{start} → {goal}, ends at {end}"

@@ -44,7 +44,7 @@ class Show:
         self.decided: list[float] = []  # when, on the clock
         controller = controller_alone(controller_for(self.environment, train_config([]).controller))
         drivers = {"turning": FixedDriver(self._turn), "controller": controller}
-        steered = SteeredDriver(navigation_env(self.environment), drivers, "turning")
+        steered = SteeredDriver(navigation_env(self.environment).set_goal, drivers, "turning")
         self.live = LiveView(navigation_env(self.environment), 0, speed, steered if is_steered else None)
         self.episodes = 0
         self._is_over = threading.Event()

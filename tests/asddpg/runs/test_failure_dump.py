@@ -72,6 +72,8 @@ def break_at(patch: pytest.MonkeyPatch, step: int, fault: Callable[[Faulty, Any]
         if not isinstance(self._environment, Faulty):
             assert isinstance(self._environment, gymnasium.Env)
             self._environment = Faulty(self._environment, self.step, step, fault)
+            if self._episode is not None:  # resumed
+                self._episode._environment = self._environment
         real(self, total_steps)
 
     patch.setattr(TrainingEpisodes, "drive_step", drive_step)

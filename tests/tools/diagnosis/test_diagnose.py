@@ -50,12 +50,6 @@ def test_a_run_is_diagnosed(run: Path, capsys: pytest.CaptureFixture[str]) -> No
     assert "step 400: success rate actor alone" in capsys.readouterr().out
 
 
-def test_every_second_snapshot_counted_from_the_last(run: Path) -> None:
-    diagnose.main([f"run={run}", "episodes=1", "every=2"])
-    found = json.loads((run / "diagnosis/diagnosis.json").read_text())
-    assert [snapshot["step"] for snapshot in found["snapshots"]] == [400]
-
-
 def test_the_end_of_a_training_that_went_on_after_its_last_snapshot(run: Path) -> None:
     folder = RunFolder(run)
     config, _ = read_training(folder.config)
@@ -66,19 +60,11 @@ def test_the_end_of_a_training_that_went_on_after_its_last_snapshot(run: Path) -
     second.unlink()
     assert list_weights(folder, agent, 1) == [first, last]
     assert list_weights(folder, agent, 2) == [last]
-    diagnose.main([f"run={run}", "episodes=1"])
+    diagnose.main([f"run={run}", "episodes=1", "every=2"])
     found = json.loads((run / "diagnosis/diagnosis.json").read_text())
-    assert [snapshot["step"] for snapshot in found["snapshots"]][1:] == [400]
+    assert [snapshot["step"] for snapshot in found["snapshots"]] == [400]
     last.unlink()
     assert list_weights(folder, agent, 1) == [first]
-
-
-def test_a_training_in_progress_is_diagnosed(run: Path) -> None:
-    (run / "steps.npz").unlink()
-    metrics = run / "metrics.csv"
-    metrics.write_bytes(metrics.read_bytes()[:-30])
-    diagnose.main([f"run={run}", "episodes=1"])
-    assert {path.name for path in (run / "diagnosis").glob("*.png")} == PLOTS
 
 
 def test_a_damaged_step_log_is_named_before_the_driving(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -100,11 +86,14 @@ def test_ddpg_has_neither_switched_policy_nor_controller(tmp_path: Path) -> None
     assert {snapshot[name] for name in ("switched", "q_policy", "q_switched", "q_controller")} == {None}
 
 
-def test_an_older_run_is_diagnosed_from_what_it_has(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    for path in run.glob("checkpoints/step_*"):
+def test_a_run_in_progress_or_without_snapshots_is_diagnosed_from_what_it_has(
+    run: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    for path in (*run.glob("checkpoints/step_*"), run / "steps.npz"):
         path.unlink()
-    (run / "steps.npz").unlink()
+    (run / "metrics.csv").write_bytes((run / "metrics.csv").read_bytes()[:-30])
     diagnose.main([f"run={run}", "episodes=1"])
+    assert {path.name for path in (run / "diagnosis").glob("*.png")} == PLOTS
     printed = capsys.readouterr().out
     assert "kept no snapshots" in printed
     assert "steps.npz" in printed
@@ -114,42 +103,27 @@ def test_an_older_run_is_diagnosed_from_what_it_has(run: Path, capsys: pytest.Ca
     assert training["windows"]["driven"]
 
 
-def test_a_run_without_weights(run: Path) -> None:
-    shutil.rmtree(run / "checkpoints")
-    with pytest.raises(UserError, match="neither snapshots nor a last checkpoint"):
-        diagnose.main([f"run={run}"])
-    assert not (run / "diagnosis").exists()
-
-
-def test_a_damaged_snapshot_is_named(run: Path) -> None:
+def test_a_run_with_damaged_weights_or_without_any(run: Path) -> None:
     path = RunFolder(run).snapshots()[0]
     path.write_bytes(b"half a snapshot")
     with pytest.raises(UserError, match=f"{path.name} is damaged or not a file of weights"):
         diagnose.main([f"run={run}", "episodes=1"])
+    shutil.rmtree(run / "checkpoints")
+    with pytest.raises(UserError, match="neither snapshots nor a last checkpoint"):
+        diagnose.main([f"run={run}"])
 
 
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [
-        ([], "run= is missing"),
-        (["run="], "no value"),
-        (["runs/mine"], "'runs/mine' is not an option of the form name=value"),
-        (["rnu=x"], "no option 'rnu'; did you mean run"),
-        (["run=x", "run=y"], "run is given twice, as 'x' and 'y'"),
         (["run=x", "episodes=51"], "episodes must be from 1 to 50, not 51"),
-        (["run=x", "episodes=0"], "from 1 to 50, not 0"),
-        (["run=x", "every=half"], "every must be a whole number, not 'half'"),
         (["run=pretrained:nav_complex"], "needs the folder of a training run, .* pretrained:nav_complex has none"),
         (["run=nowhere"], "nowhere is not the folder of a run"),
     ],
 )
-def test_invalid_arguments_are_one_sentence(
-    arguments: list[str], sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.chdir(tmp_path)
-    with pytest.raises(UserError, match=sentence) as caught:
+def test_invalid_arguments_are_one_sentence(arguments: list[str], sentence: str) -> None:
+    with pytest.raises(UserError, match=sentence):
         diagnose.main(arguments)
-    assert "\n" not in str(caught.value)
 
 
 def test_without_matplotlib_one_sentence_says_what_to_install(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -24,10 +24,12 @@ def pretend(monkeypatch: pytest.MonkeyPatch, script: str) -> None:
     monkeypatch.setattr(run_training, "train_command", lambda _, path, resumes: [*arguments, str(path), str(resumes)])
 
 
-def test_a_run_that_fails_does_not_stop_the_others(
+def test_two_run_at_a_time_and_one_that_fails_does_not_stop_the_others(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    pretend(monkeypatch, "print('here', flush=True); path.mkdir(); sys.exit(3 * ('seed1' in path.name))")
+    script = "print('here', flush=True); path.mkdir(); busy = path.with_suffix('.busy'); busy.touch()\n"
+    script += "time.sleep(0.3); count = len(list(path.parent.glob('*.busy'))); busy.unlink()\n"
+    pretend(monkeypatch, script + "sys.exit(3 * ('seed1' in path.name or count > 2))")
     assert run_training.train(RUNS, tmp_path / "runs") == [RUNS[1]]
     assert len(list((tmp_path / "runs").glob("*/"))) == 4
     assert run_training.log_path(RUNS[1], tmp_path / "runs").read_text() == "here\n"
@@ -37,22 +39,12 @@ def test_a_run_that_fails_does_not_stop_the_others(
     assert run_training.describe_exit(-9) == "FAILED, stopped by SIGKILL"
 
 
-def test_two_at_a_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    script = "busy = path.with_suffix('.busy'); busy.touch(); time.sleep(0.3)\n"
-    script += "count = len(list(path.parent.glob('*.busy'))); busy.unlink(); sys.exit(count > 2)"
-    pretend(monkeypatch, script)
-    assert not run_training.train(RUNS, tmp_path)
-
-
-def test_the_command_trains() -> None:
+def test_an_interrupted_run_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     command = run_training.train_command(RUNS[0], Path("here"), resumes=False)
     assert command[1:] == ["-m", "asddpg.train", *GROUP.options, "seed=0", "run_dir=here"]
     own = Run("", ("controller.type=mine:Own", "seed=1"), RUNS[0].config)
     command = run_training.train_command(own, Path("here"), resumes=True)
     assert command[3:] == ["resume=here", "controller.type=mine:Own"]
-
-
-def test_an_interrupted_run_goes_on(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     pretend(monkeypatch, "print('resumes' if sys.argv[2] == 'True' else 'begins')")
     monkeypatch.setattr(run_training, "can_resume", lambda run, _: run is RUNS[0])
     logs = [run_training.log_path(run, tmp_path) for run in RUNS[:2]]

@@ -11,11 +11,10 @@ from asddpg.episodes.intervals import Estimate
 from asddpg.errors import UserError
 from asddpg.runs.provenance import environment_hash
 from tests.support.fake_runs import finish, finish_group
-from tools.experiments.markdown import markdown
 from tools.experiments.run_metrics import METRICS, Metrics
 from tools.experiments.run_store import RunStore
 from tools.experiments.runs import Group, current_scene
-from tools.experiments.tables import describe_provenance, runs_table
+from tools.experiments.tables import describe_provenance, markdown, runs_table
 
 GROUP = Group("nav_empty", ("task=nav_empty",), 1000, (0, 1, 2))
 DDPG = Group("DDPG", ("task=nav_empty", "agent=ddpg"), 1000, (0,))
@@ -47,20 +46,18 @@ def test_only_the_last_200_episodes_count_and_none_that_was_cut(tmp_path: Path) 
     path = finish(tmp_path, GROUP.run(0))
     rows = ["1,reached,1,0"] * 50 + ["1,crashed,1,0"] * 150 + ["1,reached,1,0"] * 50 + ["1,cut,1,0"]
     (path / "metrics.csv").write_text("\n".join(["step,outcome,steps,controller_share", *rows]))
-    (row,) = (line for line in _table(GROUP, tmp_path) if "seed 0" in line)
-    assert row.startswith("| nav_empty, seed 0 | 0.250 |")
+    assert "| nav_empty, seed 0 | 0.250 |" in _table(GROUP, tmp_path)[2]
 
 
 def test_where_there_is_nothing_to_measure(tmp_path: Path) -> None:
     untested = Group("", ("task=nav_empty", "agent=ddpg", "test_episodes=0"), 1000, (0,))
     path = finish(tmp_path, untested.run(0))
-    (path / "test.json").unlink()
-    (path / "validation.csv").unlink()
+    for name in ("test.json", "validation.csv"):
+        (path / name).unlink()
     found = RunStore(tmp_path).find(untested.run(0))
     assert found
-    assert {name for name, value in found.metrics.items() if value is not None} == {
-        "success_training", "steps_per_second", "memory_mb",
-    }  # fmt: skip
+    measured = {name for name, value in found.metrics.items() if value is not None}
+    assert measured == {"success_training", "steps_per_second", "memory_mb"}
 
 
 def test_what_the_switch_prefers_is_counted_in_the_last_tenth_whichever_drove(tmp_path: Path) -> None:
@@ -71,18 +68,11 @@ def test_what_the_switch_prefers_is_counted_in_the_last_tenth_whichever_drove(tm
 
 
 @pytest.mark.parametrize(
-    ("file", "text"),
-    [
-        ("test.json", "{}"),
-        ("test.json", "{"),
-        ("metrics.csv", "a\n1\n"),
-        ("steps.npz", ""),
-        ("steps.npz", "PK\x03\x04"),
-    ],
+    "damage", ["test.json={}", "test.json={", "metrics.csv=a\n1\n", "steps.npz=", "steps.npz=PK\3\4"]
 )
-def test_a_damaged_file_is_one_sentence(file: str, text: str, tmp_path: Path) -> None:
-    path = finish(tmp_path, GROUP.run(0))
-    (path / file).write_text(text)
+def test_a_damaged_file_is_one_sentence(damage: str, tmp_path: Path) -> None:
+    file, _, text = damage.partition("=")
+    (finish(tmp_path, GROUP.run(0)) / file).write_text(text)
     with pytest.raises(UserError, match=r"_seed0_\w+ lacks a metric; remove it to train it again"):
         RunStore(tmp_path).find(GROUP.run(0))
 
@@ -107,24 +97,22 @@ def test_a_row_a_run_and_the_means_with_their_intervals(tmp_path: Path) -> None:
     assert lines[6].count("–") == 6
 
 
-def test_intervals_of_shares_end_at_0_and_1_and_others_do_not() -> None:
-    assert METRICS["success_last"].cell(Estimate(0.9, 0.7, 1.1)) == "0.900 [0.700, 1.000]"
-    assert METRICS["swing"].cell(Estimate(0.9, -0.7, 1.1)) == "0.900 [-0.700, 1.100]"
-    assert METRICS["swing"].cell(Estimate(None, None, None)) == "–"
-
-
 def test_runs_of_another_scene_than_todays_are_named(tmp_path: Path) -> None:
     config = train_config(["task=nav_empty", "task.laser.num_beams=24"])
     assert current_scene("nav_empty", 24) == environment_hash(make_environment(config.task, config.reward))
     groups, store, today = {"empty": GROUP}, RunStore(tmp_path), current_scene("nav_empty", 40)
     assert not describe_provenance(groups, store.results(groups))
     finish_group(tmp_path, GROUP, [0.7, 0.8], model_hash=today)
-    said = f"Trained with asddpg 0.0.9; scene nav_empty with 40 beams {today}."
-    assert describe_provenance(groups, store.results(groups)) == said
+    made = f"Trained with asddpg 0.0.9; scene nav_empty with 40 beams {today}."
+    assert describe_provenance(groups, store.results(groups)) == made
     finish(tmp_path, GROUP.run(2), model_hash="fedc")
     warning = f"Not all runs are of today's scene: nav_empty with 40 beams is {today} now."
     assert warning in describe_provenance(groups, store.results(groups))
 
 
-def test_a_bar_in_a_cell_does_not_end_it() -> None:
+def test_a_cell_of_a_table() -> None:
+    """A share's interval ends at 0 and 1, another's does not; a bar in a cell does not end it."""
+    assert METRICS["success_last"].cell(Estimate(0.9, 0.7, 1.1)) == "0.900 [0.700, 1.000]"
+    assert METRICS["swing"].cell(Estimate(0.9, -0.7, 1.1)) == "0.900 [-0.700, 1.100]"
+    assert METRICS["swing"].cell(Estimate(None, None, None)) == "–"
     assert markdown(["a"], [["b|c"]]).splitlines()[-1] == "| b/c |"
