@@ -22,6 +22,7 @@ from asddpg.options.help_text import help_text
 from asddpg.policy_setup import DriverSetup, set_up_driver
 from asddpg.program import run
 from asddpg.recording.how_to_open import how_to_open
+from asddpg.runs.provenance import current_versions
 from asddpg.runs.run_folder import unused_folder, write_json
 from tasks.evaluation_pairs import fresh_pairs, stored_pairs
 from tasks.room_geometry.held_out import Pair
@@ -60,7 +61,7 @@ def _content(config: EvaluateConfig, setup: DriverSetup, pairs_name: str, result
         **result.as_dict(),
     }
     content |= {"controller": dataclasses.asdict(config.controller)} if config.agent == "controller" else {}
-    return content | setup.current_versions()
+    return content | current_versions(setup.environment)
 
 
 def _pairs(config: EvaluateConfig, task_name: str, goal_radius: float) -> tuple[Sequence[Pair], str]:

@@ -10,7 +10,7 @@ import mujoco
 from dm_control.rl.control import PhysicsError
 
 from asddpg.episodes.finite_check import NotFiniteError
-from asddpg.errors import NumericalFailure
+from asddpg.errors import NumericalFailure, UserError
 from asddpg.program import python
 from asddpg.runs.run_folder import RunFolder, write_json
 from asddpg.runs.training_states import TrainingStates
@@ -78,7 +78,10 @@ def read(path: Path) -> Failure:
     """The failure of a dump.
 
     Raises:
-        OSError, ValueError, KeyError, TypeError: it is no dump.
+        UserError: it is no dump.
     """
-    content = json.loads((path / FILE).read_text(encoding="utf-8"))
-    return Failure(int(content["step"]), str(content["message"]), bool(content["in_validation"]))
+    try:
+        content = json.loads((path / FILE).read_text(encoding="utf-8"))
+        return Failure(int(content["step"]), str(content["message"]), bool(content["in_validation"]))
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise UserError(f"{path} is not the folder of a failure: no {FILE} can be read there") from error

@@ -7,6 +7,7 @@ import gymnasium
 
 from asddpg.config import TrainConfig
 from asddpg.recording.recorder import Provenance
+from asddpg.runs.run_folder import config_text
 from tasks.scene.loading import model_hash
 
 _PACKAGES = ("asddpg", "mujoco", "dm-control", "torch", "numpy", "gymnasium")
@@ -24,10 +25,10 @@ def current_versions(environment: gymnasium.Env) -> dict[str, str]:
     return versions() | {"model_hash": environment_hash(environment)}
 
 
-def recording_provenance(config: TrainConfig, settings: str, provenance: dict[str, str], **more: str) -> Provenance:
+def recording_provenance(config: TrainConfig, provenance: dict[str, str], **more: str) -> Provenance:
     """Provenance of a recording: the configuration as YAML, and facts by name."""
     facts = {"task": config.task.name, "agent": config.agent.name, "seed": str(config.seed)}
-    return Provenance(settings, {**facts, **more, **provenance})
+    return Provenance(config_text(config, provenance), {**facts, **more, **provenance})
 
 
 def environment_hash(environment: gymnasium.Env) -> str:

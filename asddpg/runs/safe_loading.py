@@ -54,12 +54,6 @@ def _leaves(values: Any) -> Iterator[Any]:
         yield from _leaves(value)
 
 
-def beginning_of(path: Path) -> bytes:
-    """A configuration's bytes, up to one more than allowed."""
-    with path.open("rb") as file:
-        return file.read(LARGEST_CONFIG + 1)
-
-
 def check_controller(config: TrainConfig, named: str | None, title: str) -> None:
     """Check the controller of a stored configuration against the one that the user has named: a controller is code.
 

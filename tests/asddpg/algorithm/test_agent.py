@@ -2,6 +2,7 @@
 
 import copy
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -14,8 +15,8 @@ from asddpg.algorithm.exploration import OrnsteinUhlenbeckNoise
 from asddpg.algorithm.losses import Batch, TargetRule, bellman_targets, critic_dqn_loss, policy_loss
 from asddpg.algorithm.networks import Networks, NetworkShape
 from asddpg.algorithm.replay import ReplayBuffer
-from asddpg.algorithm.schedules import LearningRateDecay, Withdrawal
-from asddpg.config import LearningConfig, WithdrawalConfig
+from asddpg.algorithm.schedules import Withdrawal
+from asddpg.config import ExplorationConfig, LearningConfig, WithdrawalConfig
 from asddpg.episodes.drivers import actor_alone
 from asddpg.episodes.loop import run_episode
 from asddpg.episodes.protocols import Action, Decision, Driver, Observation, Step
@@ -55,6 +56,9 @@ FAST: dict[str, Any] = {
 }
 
 
+NOISE = ExplorationConfig(sigma=0.3, decay=0.0, final_scale=1.0)
+
+
 class Useless:
     def act(self, observation: Observation) -> Action:
         return LOW
@@ -71,12 +75,10 @@ def make_agent(controller: Any, seed: int = 0, shape: NetworkShape | None = None
         networks=Networks(shape, with_switch=controller is not None),
         config=config,
         replay=ReplayBuffer(5000, shape.observation_size, 2, rng),
-        noise=OrnsteinUhlenbeckNoise((HIGH - LOW) / 2, 0.15, 0.3, 0, 1.0, rng),
+        noise=OrnsteinUhlenbeckNoise((HIGH - LOW) / 2, NOISE, 3000, rng),
         controller=controller,
-        withdrawal=Withdrawal(
-            1000, 2000, config.withdrawal.first_share, config.withdrawal.last_share, 0, np.random.default_rng(seed)
-        ),
-        learning_rate_decay=LearningRateDecay(config.annealing, 3000),
+        withdrawal=Withdrawal(replace(config.withdrawal, begin=1 / 3, end=2 / 3), 3000, np.random.default_rng(seed)),
+        total_steps=3000,
         smoothing_seed=seed,
         device=torch.device("cpu"),
     )
@@ -300,7 +302,7 @@ def test_proportional_controller_heads_for_the_goal_within_bounds() -> None:
 
 
 def test_noise_wanders_fades_and_starts_anew() -> None:
-    noise = OrnsteinUhlenbeckNoise(np.array([0.25, 1.0]), 0.15, 0.2, 100, 0.1, np.random.default_rng(0))
+    noise = OrnsteinUhlenbeckNoise([0.25, 1.0], ExplorationConfig(0.15, 0.2, 1.0, 0.1), 100, np.random.default_rng(0))
     samples = np.array([noise.sample() for _ in range(20_000)]) / [0.25, 1.0]
     # Stationary deviation of n ← (1 − θ) n + σ 𝒩: σ / √(1 − (1 − θ)²).
     np.testing.assert_allclose(samples.std(axis=0), 0.2 / np.sqrt(1 - 0.85**2), rtol=0.05)
@@ -321,7 +323,7 @@ def test_replay_keeps_the_newest_and_gives_back_what_was_put_in() -> None:
     buffer = ReplayBuffer(4, 3, 2, np.random.default_rng(0))
     for value in range(6):
         part = np.full(3, value, dtype=np.float32)
-        buffer.add(Transition(part, part[:2] + 10, value + 20, value + 50, 1.0, part + 30, 0.0, part[:2] + 40))
+        buffer.add(Transition(part, part[:2] + 10, value + 20, value + 50, 1.0, 0.0, part + 30, part[:2] + 40))
     layout, rows = buffer.layout, buffer.sample(200)
     values = rows[:, 0]
     assert set(values) == {2.0, 3.0, 4.0, 5.0}

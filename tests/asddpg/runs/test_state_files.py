@@ -125,7 +125,7 @@ def test_what_would_not_come_back_is_refused(value: object, tmp_path: Path) -> N
 def transition(number: int, by_policy: bool) -> Transition:
     observation = np.full(3, number, np.float32)
     action = np.full(2, number, np.float32)
-    return Transition(observation, action, number, -number, 1.0, observation + 1, float(by_policy), action)
+    return Transition(observation, action, number, -number, 1.0, float(by_policy), observation + 1, action)
 
 
 def buffer(kind: type, capacity: int, seed: int = 0) -> Any:
