@@ -63,13 +63,12 @@ def make_live(
     cameras: Cameras | None,
     steering: Steering | None = None,
 ) -> LiveView:
-    """The live view, with what cameras see; a training has no steering.
+    """The live view, with the pictures of cameras; a training has no steering.
 
     Raises:
-        UserError: its port cannot be had.
+        UserError: its port is taken.
     """
-    stills = cameras.stills() if cameras else None
-    return LiveView(environment, config.port, config.speed, steering, stills)
+    return LiveView(environment, config.port, config.speed, steering, cameras.stills() if cameras else None)
 
 
 def action_bounds(environment: gymnasium.Env) -> tuple[Action, Action]:

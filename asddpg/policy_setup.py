@@ -31,27 +31,16 @@ from tasks import ALL_TASKS
 
 @dataclass(frozen=True)
 class DriverSetup:
-    """A driver and its environment.
-
-    Attributes:
-        title: for people.
-        config: of the training, or the defaults for a baseline.
-        environment: where to drive.
-        drivers: by name: of a run, those that driver= may be; of a baseline, itself.
-        name: of the chosen driver.
-        evaluation: the file of its metrics; recordings go into folders beside.
-        checkpoint: the weights' names, for recordings.
-        step: of training, at which the weights were saved; 0 for a baseline.
-    """
+    """A driver and its environment."""
 
     title: str
-    config: TrainConfig
+    config: TrainConfig  # of the training, or the defaults for a baseline
     environment: gymnasium.Env
-    drivers: Mapping[str, FixedDriver]
-    name: str
-    evaluation: Path
-    checkpoint: Mapping[str, str]
-    step: int = 0
+    drivers: Mapping[str, FixedDriver]  # of a run, those that driver= may be; of a baseline, itself
+    name: str  # of the chosen driver
+    evaluation: Path  # file of its metrics; recordings go into folders beside
+    checkpoint: Mapping[str, str]  # names of the weights, for recordings
+    step: int = 0  # of training, at which the weights were saved
 
     @property
     def driver(self) -> FixedDriver:

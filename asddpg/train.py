@@ -34,10 +34,9 @@ from asddpg.options.help_text import help_text
 from asddpg.program import python, run
 from asddpg.recording.how_to_open import how_to_watch
 from asddpg.runs import weights_file
-from asddpg.runs.append_only_logs import check as check_files
 from asddpg.runs.lock import RunLock
 from asddpg.runs.provenance import current_versions, recording_provenance, update_provenance
-from asddpg.runs.rewind import keep_test, rewind
+from asddpg.runs.rewind import check_logs, keep_test, rewind
 from asddpg.runs.run_folder import RunFolder, new_run_folder, open_run_folder, read_training, write_json
 from asddpg.runs.safe_loading import controller_argument, controller_named_in
 from asddpg.runs.signals import Stopped
@@ -84,7 +83,7 @@ def resume(path: str, arguments: Sequence[str]) -> None:
         raise UserError(f"the training in {path} is complete; total_steps= above {stored.total_steps} prolongs it")
     with RunLock(folder.path) as lock:
         states = TrainingStates(folder.training_states)
-        state, damaged = states.newest(lambda each: check_files(folder.path, each["files"]))
+        state, damaged = states.newest(lambda each: check_logs(folder.path, each["files"]))
         if state is None:
             _check_not_begun(folder, stored)
         for sentence in damaged:

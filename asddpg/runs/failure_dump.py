@@ -21,16 +21,10 @@ CAUSES = (NotFiniteError, PhysicsError, mujoco.FatalError)  # the last where MuJ
 
 @dataclass(frozen=True)
 class Failure:
-    """A failure of a training.
+    """A failure of a training."""
 
-    Attributes:
-        step: training steps made before.
-        message: what failed, one line.
-        in_validation: whether it failed in a validation.
-    """
-
-    step: int
-    message: str
+    step: int  # training steps made before
+    message: str  # what failed, one line
     in_validation: bool
 
 
@@ -42,11 +36,7 @@ def first_line(error: Exception) -> str:
 def dump(folder: RunFolder, states: TrainingStates, failure: Failure, argument: str) -> NumericalFailure:
     """Write a dump; returns the error for the user.
 
-    Args:
-        folder: the run's.
-        states: its training states.
-        failure: what failed.
-        argument: further argument of the command that repeats it, with a space before it; may be empty.
+    `argument` joins the command that repeats the failure; it begins with a space, or is empty.
     """
     where = f"after step {failure.step}{', in a validation,' if failure.in_validation else ''}"
     sentence = f"{where} {failure.message}; the training has stopped"

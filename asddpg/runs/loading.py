@@ -14,20 +14,12 @@ PREFIX = "pretrained:"
 
 @dataclass(frozen=True)
 class Trained:
-    """A trained policy on the disk.
-
-    Attributes:
-        title: its name in reports.
-        config: the configuration of the training.
-        provenance: versions, and the hash of the scene.
-        evaluation: the file for results of an evaluation.
-        weights: the file with the weights.
-    """
+    """A trained policy on the disk."""
 
     title: str
     config: TrainConfig
     provenance: dict[str, str]
-    evaluation: Path
+    evaluation: Path  # file for results of an evaluation
     weights: Path
 
 

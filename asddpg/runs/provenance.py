@@ -39,14 +39,14 @@ def environment_hash(environment: gymnasium.Env) -> str:
 def update_provenance(
     stored: TrainConfig, provenance: dict[str, str], config: TrainConfig, now: dict[str, str], step: int
 ) -> tuple[dict[str, str], list[str]]:
-    """Provenance of a resumed run: what it began with, and what has changed since.
+    """Provenance of a run that resumes at `step`: what it began with, and what has changed since.
 
     Args:
         stored: configuration before the resume.
         provenance: of the run so far.
         config: configuration from here on.
         now: current versions and scene hash.
-        step: training step of the resume.
+        step: of the training.
 
     Returns:
         The provenance from here on, and a sentence for the user about each change.

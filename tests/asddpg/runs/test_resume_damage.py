@@ -10,8 +10,9 @@ import pytest
 
 from asddpg import train
 from asddpg.errors import UserError
-from asddpg.runs import append_only_logs, state_files
+from asddpg.runs import state_files
 from asddpg.runs.lock import RunLock
+from asddpg.runs.rewind import check_logs
 from asddpg.runs.training_states import TrainingStates
 from tests.support.small_runs import QUICK, assert_same_run, at_step, stopped
 
@@ -71,7 +72,7 @@ def run(template: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path
 
 def newest_step(run: Path) -> tuple[int, list[str]]:
     states = TrainingStates(run / "resume")
-    state, damaged = states.newest(lambda each: append_only_logs.check(run, each["files"]))
+    state, damaged = states.newest(lambda each: check_logs(run, each["files"]))
     assert state is not None
     return state["step"], damaged
 
