@@ -24,13 +24,6 @@ from tests.support.small_runs import QUICK, assert_same_run, die, stopped
 FULL = "/dev/full"
 
 
-@pytest.fixture(scope="module")
-def unbroken(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    run = tmp_path_factory.mktemp("unbroken") / "run"
-    train.main([*QUICK, f"run_dir={run}"])
-    return run
-
-
 def assert_checkpoints_whole(run: Path, at_least: int = 0) -> None:
     states = TrainingStates(run / "resume")
     assert len(states.paths()) >= at_least

@@ -36,10 +36,7 @@ SHAPES = of_numpy.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=5)
 @st.composite
 def arrays(draw: st.DrawFn) -> np.ndarray[Any, Any]:
     """Any bits, those of denormal numbers and of every NaN among them."""
-    dtype, shape = (
-        np.dtype(draw(st.sampled_from(["i1", "i8", "u4", "u8", "f2", "f4", "f8"]))),
-        draw(SHAPES),
-    )
+    dtype, shape = (np.dtype(draw(st.sampled_from(["i1", "i8", "u4", "u8", "f2", "f4", "f8"]))), draw(SHAPES))
     size = int(np.prod(shape)) * dtype.itemsize
     return np.frombuffer(draw(st.binary(min_size=size, max_size=size)), dtype).reshape(shape)
 
