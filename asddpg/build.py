@@ -13,7 +13,7 @@ from asddpg.algorithm.exploration import OrnsteinUhlenbeckNoise
 from asddpg.algorithm.memory_check import check_file, check_memory
 from asddpg.algorithm.networks import Networks, NetworkShape
 from asddpg.algorithm.replay import BalancedReplay, ReplayBuffer
-from asddpg.algorithm.schedules import LearningRateDecay, Withdrawal
+from asddpg.algorithm.schedules import Withdrawal
 from asddpg.config import (
     ControllerConfig,
     PlayConfig,
@@ -21,7 +21,6 @@ from asddpg.config import (
     RecordEvaluationConfig,
     TaskConfig,
     TrainConfig,
-    WithdrawalConfig,
 )
 from asddpg.episodes.protocols import Action, Controller
 from asddpg.episodes.random_streams import stream
@@ -64,13 +63,12 @@ def make_live(
     cameras: Cameras | None,
     steering: Steering | None = None,
 ) -> LiveView:
-    """The live view, with what cameras see; who steers nothing, as a training, gives no steering.
+    """The live view, with the pictures of cameras; a training has no steering.
 
     Raises:
-        UserError: its port cannot be had.
+        UserError: its port is taken.
     """
-    stills = cameras.stills() if cameras else None
-    return LiveView(environment, config.port, config.speed, steering, stills)
+    return LiveView(environment, config.port, config.speed, steering, cameras.stills() if cameras else None)
 
 
 def action_bounds(environment: gymnasium.Env) -> tuple[Action, Action]:
@@ -128,7 +126,7 @@ def make_agent(config: TrainConfig, environment: gymnasium.Env, weights: Path | 
     """
     low, high = action_bounds(environment)
     shape = _network_shape(config, environment)
-    learning, exploration = config.agent, config.exploration
+    learning = config.agent
     if weights is not None:
         check_file(weights, shape)
     check_memory(shape, learning)
@@ -139,29 +137,13 @@ def make_agent(config: TrainConfig, environment: gymnasium.Env, weights: Path | 
         config=learning,
         replay=kind_of_replay(learning.buffer_size, shape.observation_size, len(low), stream(config.seed, "replay")),
         noise=OrnsteinUhlenbeckNoise(
-            half_range=(high - low) / 2,
-            theta=exploration.theta,
-            sigma=exploration.sigma,
-            decay_steps=round(exploration.decay * config.total_steps),
-            final_scale=exploration.final_scale,
-            rng=stream(config.seed, "exploration"),
+            (high - low) / 2, config.exploration, config.total_steps, stream(config.seed, "exploration")
         ),
         controller=controller if learning.assisted else None,
-        withdrawal=_withdrawal(learning.withdrawal, config.total_steps, stream(config.seed, "withdrawal")),
-        learning_rate_decay=LearningRateDecay(learning.annealing, config.total_steps),
+        withdrawal=Withdrawal(learning.withdrawal, config.total_steps, stream(config.seed, "withdrawal")),
+        total_steps=config.total_steps,
         smoothing_seed=int(stream(config.seed, "smoothing").integers(2**63)),
         device=torch.device(config.device),
-    )
-
-
-def _withdrawal(config: WithdrawalConfig, total_steps: int, rng: np.random.Generator) -> Withdrawal:
-    return Withdrawal(
-        begin_step=config.begin * total_steps,
-        end_step=config.end * total_steps,
-        first_share=config.first_share,
-        last_share=config.last_share,
-        stretch_steps=config.stretch_steps,
-        rng=rng,
     )
 
 

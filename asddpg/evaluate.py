@@ -22,6 +22,7 @@ from asddpg.options.help_text import help_text
 from asddpg.policy_setup import DriverSetup, set_up_driver
 from asddpg.program import run
 from asddpg.recording.how_to_open import how_to_open
+from asddpg.runs.provenance import current_versions
 from asddpg.runs.run_folder import unused_folder, write_json
 from tasks.evaluation_pairs import fresh_pairs, stored_pairs
 from tasks.room_geometry.held_out import Pair
@@ -50,23 +51,15 @@ def main(arguments: Sequence[str]) -> None:
 
 
 def _content(config: EvaluateConfig, setup: DriverSetup, pairs_name: str, result: EvaluationResult) -> dict[str, Any]:
-    content: dict[str, Any] = {
-        "what": setup.title,
-        "driver": setup.name,
-        "task": setup.config.task.name,
-        "set": pairs_name,
-        **result.as_dict(),
-    }
-    content |= {"controller": dataclasses.asdict(config.controller)} if config.agent == "controller" else {}
-    return content | setup.current_versions()
+    content = {"what": setup.title, "driver": setup.name, "task": setup.config.task.name, "set": pairs_name}
+    controller = {"controller": dataclasses.asdict(config.controller)} if config.agent == "controller" else {}
+    return {**content, **result.as_dict(), **controller, **current_versions(setup.environment)}
 
 
 def _pairs(config: EvaluateConfig, task_name: str, goal_radius: float) -> tuple[Sequence[Pair], str]:
     if config.seed is not None:
-        rng = np.random.default_rng(config.seed)
-        return fresh_pairs(
-            task_name, rng, config.episodes, goal_radius
-        ), f"{config.episodes} fresh pairs, seed {config.seed}"
+        fresh = fresh_pairs(task_name, np.random.default_rng(config.seed), config.episodes, goal_radius)
+        return fresh, f"{config.episodes} fresh pairs, seed {config.seed}"
     stored = stored_pairs(task_name, "test", goal_radius)
     if config.episodes > len(stored):
         raise UserError(f"the stored test set has {len(stored)} pairs, not {config.episodes}; seed= draws fresh ones")

@@ -17,7 +17,7 @@ from asddpg.build import make_cameras, make_live, navigation_env
 from asddpg.command_line import play_config
 from asddpg.config import PlayConfig
 from asddpg.episodes.loop import run_episode
-from asddpg.episodes.protocols import Episode, Observer
+from asddpg.episodes.protocols import Observer
 from asddpg.episodes.steering import SteeredDriver
 from asddpg.options.help_text import help_text
 from asddpg.policy_setup import DriverSetup, set_up_driver
@@ -26,7 +26,6 @@ from asddpg.recording.how_to_open import how_to_open, how_to_watch
 from asddpg.recording.pictures.film import Film
 from asddpg.recording.recorder import Recorder
 from asddpg.runs.run_folder import unused_folder
-from tasks.gymnasium_api.navigation_env import NavigationEnv
 
 EPISODES = 3  # without episodes= and live=true
 
@@ -45,8 +44,10 @@ def main(arguments: Sequence[str]) -> None:
         live = make_live(config, environment, cameras, driver) if config.live else None
         if live is not None:
             closing.callback(live.close)
-        film = _film(config, setup, environment)
-        if film is not None:
+        film = None
+        if config.video is not None:
+            timestep = setup.config.task.control_timestep
+            film = Film(Path(config.video), environment, config.camera, control_timestep=timestep)
             closing.callback(film.close)
         closing.callback(recorder.close)
         # The live view, which waits, comes last.
@@ -55,14 +56,8 @@ def main(arguments: Sequence[str]) -> None:
         if live is not None:
             print(f"{how_to_watch(live.port)}\nwaiting for a viewer; Ctrl-C ends", flush=True)
         closing.callback(lambda: _print_files(config, recorder, folder))
-        _drive_episodes(config, setup, driver, observers, recorder, seed)
-
-
-def _film(config: PlayConfig, setup: DriverSetup, environment: NavigationEnv) -> Film | None:
-    if config.video is None:
-        return None
-    timestep = setup.config.task.control_timestep
-    return Film(Path(config.video), environment, config.camera, control_timestep=timestep)
+        setup.environment.reset(seed=seed)
+        _drive_episodes(config, setup, driver, observers, recorder)
 
 
 def _print_files(config: PlayConfig, recorder: Recorder, folder: Path) -> None:
@@ -74,25 +69,15 @@ def _print_files(config: PlayConfig, recorder: Recorder, folder: Path) -> None:
 
 
 def _drive_episodes(
-    config: PlayConfig,
-    setup: DriverSetup,
-    driver: SteeredDriver,
-    observers: Sequence[Observer],
-    recorder: Recorder,
-    seed: int,
+    config: PlayConfig, setup: DriverSetup, driver: SteeredDriver, observers: Sequence[Observer], recorder: Recorder
 ) -> None:
-    setup.environment.reset(seed=seed)
     count = config.episodes or (None if config.live else EPISODES)
     for number in itertools.count(1) if count is None else range(1, count + 1):
         files = recorder.files
         episode = run_episode(setup.environment, driver, observers)
         recorded = f", {recorder.last}" if recorder.files > files else ""
-        print(f"episode {number}: {_summary(episode)}{recorded}", flush=True)
-
-
-def _summary(episode: Episode) -> str:
-    share = f"controller {100 * episode.controller_share:.0f} %"
-    return f"{episode.outcome} after {episode.steps} steps, return {episode.total_reward:.2f}, {share}"
+        driven = f"{episode.outcome} after {episode.steps} steps, return {episode.total_reward:.2f}"
+        print(f"episode {number}: {driven}, controller {100 * episode.controller_share:.0f} %{recorded}", flush=True)
 
 
 if __name__ == "__main__":

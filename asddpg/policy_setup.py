@@ -1,6 +1,5 @@
 """Opens what run= or agent= names and makes its driver and its environment, for evaluate and play."""
 
-import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,45 +21,31 @@ from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone, 
 from asddpg.episodes.random_streams import stream
 from asddpg.errors import UserError
 from asddpg.recording.pictures.cameras import Cameras
-from asddpg.recording.recorder import Provenance, Recorder, Selection, every_nth
-from asddpg.runs.loading import file_hash, open_trained
+from asddpg.recording.recorder import Recorder, Selection, every_nth
+from asddpg.runs import weights_file
+from asddpg.runs.loading import open_trained
 from asddpg.runs.provenance import current_versions, environment_hash, recording_provenance
-from asddpg.runs.run_folder import config_text
+from asddpg.runs.state_files import file_digest
 from tasks import ALL_TASKS
 
 
 @dataclass(frozen=True)
 class DriverSetup:
-    """A driver and its environment.
-
-    Attributes:
-        title: for people.
-        config: of the training, or the defaults for a baseline.
-        environment: where to drive.
-        drivers: by name: of a run, those that driver= may be; of a baseline, itself.
-        name: of the chosen driver.
-        evaluation: the file of its metrics; recordings go into folders beside.
-        checkpoint: the weights' names, for recordings.
-        step: of training, at which the weights were saved; 0 for a baseline.
-    """
+    """A driver and its environment."""
 
     title: str
-    config: TrainConfig
+    config: TrainConfig  # of the training, or the defaults for a baseline
     environment: gymnasium.Env
-    drivers: Mapping[str, FixedDriver]
-    name: str
-    evaluation: Path
-    checkpoint: Mapping[str, str]
-    step: int = 0
+    drivers: Mapping[str, FixedDriver]  # of a run, those that driver= may be; of a baseline, itself
+    name: str  # of the chosen driver
+    evaluation: Path  # file of its metrics; recordings go into folders beside
+    checkpoint: Mapping[str, str]  # names of the weights, for recordings
+    step: int = 0  # of training, at which the weights were saved
 
     @property
     def driver(self) -> FixedDriver:
         """The chosen driver."""
         return self.drivers[self.name]
-
-    def current_versions(self) -> dict[str, str]:
-        """Versions, and the hash of the scene."""
-        return current_versions(self.environment)
 
     def recorder(
         self,
@@ -70,23 +55,16 @@ class DriverSetup:
         log: Callable[[str], None],
         cameras: Cameras | None = None,
     ) -> Recorder:
-        """Records episodes along those pairs into a folder, with the pictures of cameras."""
+        """A recorder of episodes along these pairs into a folder, with the pictures of cameras."""
+        versions = current_versions(self.environment)
+        provenance = recording_provenance(self.config, versions, driver=self.name, pairs=pairs, **self.checkpoint)
+        # Outcomes alone select all episodes that end so.
+        regularly = every_nth(record.every or (1 if record.outcomes and not record.only else 0))
+        selection = Selection(lambda number: regularly(number) or number in record.only, record.outcomes)
+        environment = navigation_env(self.environment)
         return Recorder(
-            folder,
-            navigation_env(self.environment),
-            self.recording_provenance(pairs),
-            make_selection(record),
-            log,
-            first_step=self.step,
-            counts_steps=False,
-            cameras=cameras,
+            folder, environment, provenance, selection, log, first_step=self.step, counts_steps=False, cameras=cameras
         )
-
-    def recording_provenance(self, pairs: str) -> Provenance:
-        """Provenance of a recording along those pairs."""
-        provenance = self.current_versions()
-        settings = config_text(dataclasses.asdict(self.config), provenance)
-        return recording_provenance(self.config, settings, provenance, driver=self.name, pairs=pairs, **self.checkpoint)
 
 
 def set_up_driver(config: DriverConfig, verb: str, seed: int) -> DriverSetup:
@@ -124,7 +102,7 @@ def _open_run(config: DriverConfig, run: str) -> DriverSetup:
     trained.task.name = config.task or trained.task.name
     environment = make_environment(trained.task, trained.reward)
     agent = make_agent(trained, environment, opened.weights)
-    step = opened.load_into(agent)
+    step = weights_file.load_into(opened.weights, agent.networks)
     drivers = {
         "actor": actor_alone(agent),
         "controller": controller_alone(controller_for(environment, trained.controller)),
@@ -142,7 +120,7 @@ def _open_run(config: DriverConfig, run: str) -> DriverSetup:
         drivers=drivers,
         name=config.driver,
         evaluation=opened.evaluation,
-        checkpoint={"checkpoint": f"{opened.title}, step {step}", "weights_sha256": file_hash(opened.weights)},
+        checkpoint={"checkpoint": f"{opened.title}, step {step}", "weights_sha256": file_digest(opened.weights)[:16]},
         step=step,
     )
 
@@ -171,10 +149,3 @@ def _open_baseline(config: DriverConfig, seed: int) -> DriverSetup:
         evaluation=Path("evaluation.json"),
         checkpoint={"checkpoint": "none"},
     )
-
-
-def make_selection(record: RecordEvaluationConfig) -> Selection:
-    """Which episodes are recorded."""
-    # Outcomes alone select all episodes that end so.
-    regularly = every_nth(record.every or (1 if record.outcomes and not record.only else 0))
-    return Selection(lambda number: regularly(number) or number in record.only, record.outcomes)

@@ -5,6 +5,7 @@ import signal
 import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
+from typing import NoReturn
 
 from dm_control.rl.control import PhysicsError
 
@@ -19,7 +20,7 @@ def python() -> str:
 
 
 def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
-    """Run `main` on the command line's words; a user's mistake is one sentence and exit status 2."""
+    """Run `main` on the command line's arguments; a user's mistake is one sentence and exit status 2."""
     arguments = sys.argv[1:]
     if any(argument in ("-h", "--help") for argument in arguments):
         main, arguments = (lambda _: print(usage)), []
@@ -31,29 +32,25 @@ def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         sys.exit(1)
     except (UserError, TaskError) as error:
-        _say(str(error))
-        sys.exit(2)
+        _fail(str(error), 2)
     except NumericalFailure as error:
-        _say(str(error))
-        sys.exit(1)
+        _fail(str(error), 1)
     except PhysicsError as error:
-        _say(f"the simulation broke down, most likely by an action that is no number: {error}")
-        sys.exit(1)
+        _fail(f"the simulation broke down, most likely by an action that is not finite: {error}", 1)
     except OSError as error:  # a full disk, a folder that is not writable
-        _say(f"{error.filename or 'a file'} cannot be read or written: {error.strerror or error}")
-        sys.exit(2)
+        _fail(f"{error.filename or 'a file'} cannot be read or written: {error.strerror or error}", 2)
     except MemoryError as error:
-        _say(f"the memory of this machine is not enough: {error}")
-        sys.exit(2)
+        _fail(f"the memory of this machine is not enough: {error}", 2)
     except KeyboardInterrupt:
         print("stopped", file=sys.stderr)
         sys.exit(130)
 
 
-def _say(sentence: str) -> None:
-    """An error in one line: what a user or a file put into it may break none and steer no terminal."""
+def _fail(sentence: str, status: int) -> NoReturn:
+    """Print an error in one line and exit; text from a user or a file may break no line and steer no terminal."""
     line = "".join(each if each.isprintable() else each.encode("unicode_escape").decode() for each in sentence)
     print(f"error: {line}", file=sys.stderr)
+    sys.exit(status)
 
 
 def _end_on_sigterm() -> None:

@@ -14,7 +14,7 @@ from asddpg.config import TrainConfig
 from asddpg.episodes.finite_check import check_weights
 from asddpg.episodes.protocols import Observer, Step
 from asddpg.episodes.training_episodes import TrainingEpisodes
-from asddpg.errors import NumericalFailure, UserError
+from asddpg.errors import NumericalFailure
 from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
@@ -42,7 +42,7 @@ def main(arguments: Sequence[str]) -> None:
     parsed = parse_arguments(ReproduceArguments, arguments)
     path = parsed.folder
     check_links(path)
-    failure = _read(path)
+    failure = failure_dump.read(path)
     config, _ = read_training(RunFolder(path).config, parsed.controller)
     check_device(config.device)
     prepare_torch()
@@ -61,13 +61,6 @@ def main(arguments: Sequence[str]) -> None:
         print(f"again: after step {episodes.step} {first_line(error)}\n{last.as_text()}")
         return
     raise NumericalFailure(f"step {failure.step} has passed without a failure: another machine, or other versions")
-
-
-def _read(path: Path) -> Failure:
-    try:
-        return failure_dump.read(path)
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise UserError(f"{path} is not the folder of a failure: no {failure_dump.FILE} can be read there") from error
 
 
 def _repeat(episodes: TrainingEpisodes, agent: AsDDPG, config: TrainConfig, failure: Failure) -> None:

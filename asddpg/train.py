@@ -6,7 +6,6 @@ task=, agent=, network= and reward= choose presets; the defaults below are those
 """
 
 import csv
-import dataclasses
 import resource
 import shlex
 import sys
@@ -35,19 +34,10 @@ from asddpg.options.help_text import help_text
 from asddpg.program import python, run
 from asddpg.recording.how_to_open import how_to_watch
 from asddpg.runs import weights_file
-from asddpg.runs.append_only_logs import check as check_files
 from asddpg.runs.lock import RunLock
 from asddpg.runs.provenance import current_versions, recording_provenance, update_provenance
-from asddpg.runs.rewind import keep_test, rewind
-from asddpg.runs.run_folder import (
-    RunFolder,
-    config_text,
-    new_run_folder,
-    open_run_folder,
-    read_training,
-    write_json,
-    write_text,
-)
+from asddpg.runs.rewind import check_logs, keep_test, rewind
+from asddpg.runs.run_folder import RunFolder, new_run_folder, open_run_folder, read_training, write_json
 from asddpg.runs.safe_loading import controller_argument, controller_named_in
 from asddpg.runs.signals import Stopped
 from asddpg.runs.training_states import TrainingStates
@@ -76,11 +66,10 @@ def begin(arguments: Sequence[str]) -> None:
     parts = _make(config)
     provenance = current_versions(parts.environment)
     folder.create()
-    settings = config_text(dataclasses.asdict(config), provenance)
     with RunLock(folder.path) as lock:
-        write_text(folder.config, settings)
+        folder.write_config(config, provenance)
         print(f"training {config.agent.name} on {config.task.name}, {config.total_steps} steps, in {folder.path}")
-        training = Training(parts, folder, lock, recording_provenance(config, settings, provenance))
+        training = Training(parts, folder, lock, recording_provenance(config, provenance))
         _run(training, parts, folder, provenance)
 
 
@@ -94,7 +83,7 @@ def resume(path: str, arguments: Sequence[str]) -> None:
         raise UserError(f"the training in {path} is complete; total_steps= above {stored.total_steps} prolongs it")
     with RunLock(folder.path) as lock:
         states = TrainingStates(folder.training_states)
-        state, damaged = states.newest(lambda each: check_files(folder.path, each["files"]))
+        state, damaged = states.newest(lambda each: check_logs(folder.path, each["files"]))
         if state is None:
             _check_not_begun(folder, stored)
         for sentence in damaged:
@@ -104,13 +93,12 @@ def resume(path: str, arguments: Sequence[str]) -> None:
         provenance, notes = update_provenance(stored, provenance, config, current_versions(parts.environment), step)
         for note in notes:
             print(f"note: {note}")
-        settings = config_text(dataclasses.asdict(config), provenance)
         # Before anything is changed: this checks that the state fits.
-        training = Training(parts, folder, lock, recording_provenance(config, settings, provenance), state)
+        training = Training(parts, folder, lock, recording_provenance(config, provenance), state)
         if config.total_steps != stored.total_steps:
             keep_test(folder, stored.total_steps)
         rewind(folder, state)
-        write_text(folder.config, settings)
+        folder.write_config(config, provenance)
         print(f"resuming {path} at step {step} of {config.total_steps}")
         if state is not None:
             state.clear()  # the replay buffer would be held twice to the end

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, cast
 
 import gymnasium
 import numpy as np
@@ -22,9 +22,10 @@ from asddpg.observers.step_log import StepLog
 from asddpg.recording.live.live_view import LiveView
 from asddpg.recording.pictures.cameras import Cameras
 from asddpg.recording.recorder import Provenance, Recorder, Selection, every_nth
-from asddpg.runs import append_only_logs, failure_dump, weights_file
+from asddpg.runs import failure_dump, weights_file
 from asddpg.runs.failure_dump import Failure, first_line
 from asddpg.runs.lock import RunLock
+from asddpg.runs.rewind import log_lengths
 from asddpg.runs.run_folder import RunFolder
 from asddpg.runs.safe_loading import controller_argument
 from asddpg.runs.signals import Stopped, StopSignals
@@ -54,14 +55,7 @@ class Training:
         provenance: Provenance,
         state: Mapping[str, Any] | None = None,
     ) -> None:
-        """Begin a training, or resume one; nothing is written yet.
-
-        Args:
-            parts: what it is put together from.
-            folder: the run's.
-            lock: of the folder.
-            provenance: for recordings.
-            state: from which to resume, as TrainingStates returned it.
+        """Begin a training, or resume one from a state of TrainingStates; nothing is written yet.
 
         Raises:
             UserError: the state is of another agent.
@@ -81,12 +75,9 @@ class Training:
         self._is_validating = False
         self._log_states: Mapping[str, Any] = {}
         if state is not None:
-            self._load_state(state)
-
-    def _load_state(self, state: Mapping[str, Any]) -> None:
-        load_episodes(self._episodes, state)
-        self._validations, self._seconds = state["validations"], state["seconds"]
-        self._best, self._saved_step, self._log_states = state["best"], state["step"], state["logs"]
+            load_episodes(self._episodes, state)
+            self._validations, self._seconds = state["validations"], state["seconds"]
+            self._best, self._saved_step, self._log_states = state["best"], state["step"], state["logs"]
 
     @property
     def step(self) -> int:
@@ -196,12 +187,8 @@ class Training:
         result = validate(
             self._validation_environment, self._parts.agent, self._config, self._signals.raise_if_received
         )
-        success, collision, metric = (
-            estimate.value for estimate in (result.success_rate, result.collision_rate, result.metric)
-        )
-        assert success is not None
-        assert collision is not None
-        assert metric is not None
+        estimates = (result.success_rate, result.collision_rate, result.metric)
+        success, collision, metric = (cast(float, estimate.value) for estimate in estimates)
         row = {"step": self.step, "success_rate": success, "collision_rate": collision, "metric": metric}
         write_validation(self._folder.validation, self._tensorboard, row)
         rates = f"success {success:.2f}, collision {collision:.2f}"
@@ -243,7 +230,7 @@ class Training:
                 "validations": self._validations,
                 "best": self._best,
                 "seconds": self.seconds,
-                "files": append_only_logs.lengths(self._folder.path),
+                "files": log_lengths(self._folder.path),
             },
         )
         self._saved_step = self.step
@@ -270,8 +257,7 @@ def validate(
 ) -> EvaluationResult:
     """Evaluate the actor alone on the stored validation pairs."""
     pairs = stored_pairs(config.task.name, "validation", config.task.goal_radius)[: config.validation.episodes]
-    timestep = config.task.control_timestep
-    return evaluate(environment, actor_alone(agent), pairs, timestep, before_episode=before_episode)
+    return evaluate(environment, actor_alone(agent), pairs, config.task.control_timestep, (), before_episode)
 
 
 def _close_at_end(close: Callable[[], None], closing: ExitStack) -> None:

@@ -94,7 +94,7 @@ def _fill(part: PretrainedFolder, parsed: PublishArguments, trained: Trained, se
     config = dataclasses.replace(trained.config, device="cpu", run_dir=None)
     environment = make_environment(config.task, config.reward)
     agent, step = _export(part, trained, config, environment)
-    part.config.write_text(config_text(dataclasses.asdict(config), trained.provenance), encoding="utf-8")
+    part.config.write_text(config_text(config, trained.provenance), encoding="utf-8")
     metrics, drives = _test(config, environment, agent, parsed.episodes)
     print(table(metrics))
     scene = environment_hash(environment)
@@ -130,7 +130,7 @@ def _export(
 ) -> tuple[AsDDPG, int]:
     """Write the weights; gives an agent that has them from that file, so that what is tested is what is shipped."""
     learned = make_agent(config, environment)
-    step = trained.load_into(learned)
+    step = weights_file.load_into(trained.weights, learned.networks)
     weights_file.save(part.weights, learned.networks, step, with_critic=False)
     if part.weights.stat().st_size > MAX_WEIGHT_BYTES:
         size = f"{part.weights.stat().st_size / 1e6:.1f} MB"

@@ -14,9 +14,9 @@ from asddpg.algorithm.flat import FlatParameters
 from asddpg.algorithm.losses import Batch, TargetRule, bellman_targets, critic_dqn_loss, policy_loss
 from asddpg.algorithm.n_step import NStepReturns
 from asddpg.algorithm.networks import CONTROLLER, POLICY, Networks
-from asddpg.algorithm.replay import Replay, Transition
+from asddpg.algorithm.replay import BalancedReplay, ReplayBuffer, Transition
 from asddpg.algorithm.reward_shaping import assisted_reward
-from asddpg.algorithm.schedules import LearningRateDecay, Withdrawal
+from asddpg.algorithm.schedules import Withdrawal, learning_rate_scale
 from asddpg.episodes.protocols import Action, Controller, Decision, Driver, Observation, StatefulController, Step
 
 if TYPE_CHECKING:  # asddpg.config imports tasks, and with it mujoco, which an agent does without
@@ -30,11 +30,11 @@ class AsDDPG:
         self,
         networks: Networks,
         config: "LearningConfig",
-        replay: Replay,
+        replay: ReplayBuffer | BalancedReplay,
         noise: OrnsteinUhlenbeckNoise,
         controller: Controller | None,
         withdrawal: Withdrawal,
-        learning_rate_decay: LearningRateDecay,
+        total_steps: int,
         smoothing_seed: int,
         device: torch.device,
     ) -> None:
@@ -47,7 +47,7 @@ class AsDDPG:
             noise: ε.
             controller: the training wheels; None makes this DDPG.
             withdrawal: when the actor drives alone.
-            learning_rate_decay: scale of the learning rates over training.
+            total_steps: of the training, over which the learning rates decay.
             smoothing_seed: of the noise on π' in y^A.
             device: where the networks live.
         """
@@ -61,18 +61,22 @@ class AsDDPG:
         self._replay, self._noise = replay, noise
         self._low = np.asarray(networks.shape.action_low, dtype=np.float32)
         self._high = np.asarray(networks.shape.action_high, dtype=np.float32)
-        self._critic_dqn, self._policy = self._flatten(self.networks)
-        self._target_critic_dqn, self._target_policy = self._flatten(self.target)
+        self._critic_dqn, self._policy = _flatten(self.networks)
+        self._target_critic_dqn, self._target_policy = _flatten(self.target)
         self._critic_optimizer = Adam([self._critic_dqn.vector], lr=config.critic_learning_rate, fused=True)
         self._policy_optimizer = Adam([self._policy.vector], lr=config.actor_learning_rate, fused=True)
         self._returns = NStepReturns(config.n_steps, config.gamma)
-        self._withdrawal, self._learning_rate_decay = withdrawal, learning_rate_decay
+        self._withdrawal, self._total_steps = withdrawal, total_steps
         self._smoothing = torch.Generator(device).manual_seed(smoothing_seed)
         self.steps = self.updates = 0
-
-    @staticmethod
-    def _flatten(networks: Networks) -> tuple[FlatParameters, FlatParameters]:
-        return FlatParameters(networks.critic_dqn_parameters()), FlatParameters(networks.policy_parameters())
+        self._flat = {
+            "critic_dqn": self._critic_dqn,
+            "policy": self._policy,
+            "target_critic_dqn": self._target_critic_dqn,
+            "target_policy": self._target_policy,
+        }
+        self._optimizers = {"critic_dqn": self._critic_optimizer, "policy": self._policy_optimizer}
+        self._parts = {"replay": replay, "noise": noise, "withdrawal": withdrawal, "returns": self._returns}
 
     # Driving ------------------------------------------------------------------------------------------------------
 
@@ -186,7 +190,7 @@ class AsDDPG:
         return TargetRule(self.config.gamma, self.config.critic_follows_switch, noise)
 
     def _decay_learning_rates(self) -> None:
-        scale = self._learning_rate_decay.scale(self.steps)
+        scale = learning_rate_scale(self.steps, self._total_steps, self.config.annealing)
         self._critic_optimizer.param_groups[0]["lr"] = scale * self.config.critic_learning_rate
         self._policy_optimizer.param_groups[0]["lr"] = scale * self.config.actor_learning_rate
 
@@ -195,12 +199,9 @@ class AsDDPG:
     def state(self) -> dict[str, Any]:
         """All that the next steps depend on: an agent that restores it continues as this one, to the last bit."""
         return {
-            "weights": {name: flat.vector.cpu() for name, flat in self._vectors().items()},
-            "optimizers": {name: _moments_of(optimizer) for name, optimizer in self._optimizers().items()},
-            "replay": self._replay.state(),
-            "noise": self._noise.state(),
-            "withdrawal": self._withdrawal.state(),
-            "returns": self._returns.state(),
+            "weights": {name: flat.vector.cpu() for name, flat in self._flat.items()},
+            "optimizers": {name: _moments(optimizer) for name, optimizer in self._optimizers.items()},
+            **{name: part.state() for name, part in self._parts.items()},
             "smoothing": self._smoothing.get_state(),
             "controller": self.controller.state() if isinstance(self.controller, StatefulController) else None,
             "steps": self.steps,
@@ -213,36 +214,27 @@ class AsDDPG:
         Raises:
             KeyError, RuntimeError, ValueError: it is of another network, or of a replay buffer of another size.
         """
-        for name, flat in self._vectors().items():
+        for name, flat in self._flat.items():
             flat.load(state["weights"][name])
-        for name, optimizer in self._optimizers().items():
+        for name, optimizer in self._optimizers.items():
             _load_moments(optimizer, state["optimizers"][name])
-        self._replay.load_state(state["replay"])
-        self._noise.load_state(state["noise"])
-        self._withdrawal.load_state(state["withdrawal"])
-        self._returns.load_state(state["returns"])
+        for name, part in self._parts.items():
+            part.load_state(state[name])
         self._smoothing.set_state(state["smoothing"])
         if isinstance(self.controller, StatefulController):
             self.controller.load_state(state["controller"])
         self.steps, self.updates = state["steps"], state["updates"]
 
     def finite_weights(self) -> dict[str, bool]:
-        """Whether each network's weights are all numbers."""
-        return {name: bool(torch.isfinite(flat.vector).all()) for name, flat in self._vectors().items()}
-
-    def _vectors(self) -> dict[str, FlatParameters]:
-        return {
-            "critic_dqn": self._critic_dqn,
-            "policy": self._policy,
-            "target_critic_dqn": self._target_critic_dqn,
-            "target_policy": self._target_policy,
-        }
-
-    def _optimizers(self) -> dict[str, Adam]:
-        return {"critic_dqn": self._critic_optimizer, "policy": self._policy_optimizer}
+        """Whether each network's weights are all finite."""
+        return {name: bool(torch.isfinite(flat.vector).all()) for name, flat in self._flat.items()}
 
 
-def _moments_of(optimizer: Adam) -> dict[str, Tensor]:
+def _flatten(networks: Networks) -> tuple[FlatParameters, FlatParameters]:
+    return FlatParameters(networks.critic_dqn_parameters()), FlatParameters(networks.policy_parameters())
+
+
+def _moments(optimizer: Adam) -> dict[str, Tensor]:
     """Adam's moments and its count of steps; nothing before its first."""
     (vector,) = optimizer.param_groups[0]["params"]
     return {name: value.cpu() for name, value in optimizer.state[vector].items()}

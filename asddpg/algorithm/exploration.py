@@ -1,11 +1,14 @@
 """Exploration noise."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
 
 from asddpg.episodes.protocols import Action
+
+if TYPE_CHECKING:
+    from asddpg.config import ExplorationConfig
 
 
 class OrnsteinUhlenbeckNoise:
@@ -17,25 +20,21 @@ class OrnsteinUhlenbeckNoise:
     def __init__(
         self,
         half_range: npt.ArrayLike,
-        theta: float,
-        sigma: float,
-        decay_steps: int,
-        final_scale: float,
+        config: "ExplorationConfig",
+        total_steps: int,
         rng: np.random.Generator,
     ) -> None:
         """Make the noise.
 
         Args:
             half_range: (action_size,) half the range of each action, physical units.
-            theta: share of the noise that is lost at each step.
-            sigma: standard deviation of what is added at each step.
-            decay_steps: steps of training after which the scale is `final_scale`.
-            final_scale: scale from then on, 0 to 1.
+            config: θ, σ, and how the noise fades.
+            total_steps: of the training.
             rng: source of randomness.
         """
         self._half_range = np.asarray(half_range)
-        self._theta, self._sigma = theta, sigma
-        self._decay_steps, self._final_scale = decay_steps, final_scale
+        self._theta, self._sigma = config.theta, config.sigma
+        self._decay_steps, self._final_scale = round(config.decay * total_steps), config.final_scale
         self._rng = rng
         self._state = np.zeros(len(self._half_range))
         self._steps = 0

@@ -41,18 +41,15 @@ class Convolution(Linear):
 
     def forward(self, signal: Tensor) -> Tensor:
         """The convolution of signals."""
-        windows = windows_of(signal, self.kernel, self.stride)
+        windows: Tensor = _Windows.apply(signal, self.kernel, self.stride)  # type: ignore[no-untyped-call]
         return super().forward(windows.flatten(0, 1)).view(*windows.shape[:2], -1)
 
 
-def windows_of(signal: Tensor, kernel: int, stride: int) -> Tensor:
-    """[B, L, C] → [B, M, kernel C]: each window's values side by side."""
-    windows: Tensor = _Windows.apply(signal, kernel, stride)  # type: ignore[no-untyped-call]
-    return windows
-
-
 class _Windows(torch.autograd.Function):
-    """Torch's own unfold puts the channels before the window, and its gradient is slow."""
+    """[B, L, C] → [B, M, kernel C], each window's values side by side.
+
+    Torch's own unfold puts the channels before the window, and its gradient is slow.
+    """
 
     @staticmethod
     def forward(ctx: Any, signal: Tensor, kernel: int, stride: int) -> Tensor:

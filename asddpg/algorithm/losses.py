@@ -10,7 +10,7 @@ from asddpg.algorithm.replay import TransitionLayout
 
 
 class Batch(NamedTuple):
-    """Transitions (x, a, r, x', σ) and the discount of what follows, 0 after an end."""
+    """Transitions (x, a, r, σ, x') and the discount of what follows, 0 after an end; fields in Transition's order."""
 
     x: Tensor  # [B, O]
     a: Tensor  # [B, A]
@@ -24,16 +24,7 @@ class Batch(NamedTuple):
     @classmethod
     def unpack(cls, rows: Tensor, layout: TransitionLayout) -> "Batch":
         """Views of packed rows, [B, layout.width]."""
-        return cls(
-            x=rows[:, layout.observation],
-            a=rows[:, layout.action],
-            r=rows[:, layout.reward],
-            r_switch=rows[:, layout.switch_reward],
-            discount=rows[:, layout.discount],
-            by_policy=rows[:, layout.by_policy],
-            x_next=rows[:, layout.next_observation],
-            controller_action=rows[:, layout.controller_action],
-        )
+        return cls(*(rows[:, columns] for columns in layout))
 
 
 class Targets(NamedTuple):

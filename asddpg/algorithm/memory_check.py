@@ -21,15 +21,15 @@ def check_memory(shape: NetworkShape, learning: "LearningConfig") -> None:
     """UserError where weights or replay buffer are larger than this machine's memory."""
     branches = 2 + learning.assisted + learning.twin_critics
     _check(_COPIES * branches * branch_size(shape), "the networks take", "narrow network.widths")
-    row = TransitionLayout(shape.observation_size, len(shape.action_low)).width
+    row = TransitionLayout.build(shape.observation_size, len(shape.action_low)).width
     rings = 2 if learning.balanced_batches else 1
     _check(rings * learning.buffer_size * row, "the replay buffer takes", "lower agent.buffer_size")
 
 
 def _check(numbers: int, what: str, cure: str) -> None:
-    needed, room = _BYTES * numbers, os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
-    if needed > room:
-        raise UserError(f"{what} {needed / 1e9:.0f} GB of memory, and this machine has {room / 1e9:.0f} GB: {cure}")
+    needed, memory = _BYTES * numbers, os.sysconf("SC_PHYS_PAGES") * os.sysconf("SC_PAGE_SIZE")
+    if needed > memory:
+        raise UserError(f"{what} {needed / 1e9:.0f} GB of memory, and this machine has {memory / 1e9:.0f} GB: {cure}")
 
 
 def check_file(path: Path, shape: NetworkShape) -> None:

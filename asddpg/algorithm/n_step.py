@@ -23,12 +23,7 @@ class NStepReturns:
         self._open.clear()
 
     def add(self, transition: Transition, is_last: bool) -> list[Transition]:
-        """Add a step; returns the transitions that it completes.
-
-        Args:
-            transition: of one step.
-            is_last: whether its episode is over, by an end or a time limit.
-        """
+        """Add a step, the last where its episode ends or its time is up; returns the transitions that it completes."""
         self._open.append(transition)
         finished = []
         while self._open and (is_last or len(self._open) == self._n):

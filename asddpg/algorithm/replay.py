@@ -1,6 +1,6 @@
 """The replay buffer R of Algorithm 1."""
 
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -11,39 +11,43 @@ Float32Array = npt.NDArray[np.float32]
 
 
 class Transition(NamedTuple):
-    """(x, a, r, x', σ) of the paper, and the discount of what follows."""
+    """(x, a, r, σ, x') of the paper, and the discount of what follows."""
 
     observation: Observation
     action: Action
     reward: float  # r of y^A
     switch_reward: float  # r of y^Q, which may charge for the controller's help
     discount: float  # 0 after the end of an episode, 1 otherwise, a time limit included; γ^(n − 1) over n steps
-    next_observation: Observation
     by_policy: float  # σ: 1 where the policy drove, 0 where the controller did
+    next_observation: Observation
     controller_action: Action  # what the controller would have done; the action itself where there is none
 
 
-class Replay(Protocol):
-    """Where transitions are kept and drawn from."""
+class TransitionLayout(NamedTuple):
+    """Columns of a packed row, in the order of Transition."""
+
+    observation: slice
+    action: slice
+    reward: int
+    switch_reward: int
+    discount: int
+    by_policy: int
+    next_observation: slice
+    controller_action: slice
+
+    @classmethod
+    def build(cls, observation_size: int, action_size: int) -> "TransitionLayout":
+        """The layout for observations and actions of these lengths."""
+        x, a = observation_size, observation_size + action_size
+        x_next = a + 4 + observation_size
+        columns = (slice(a + 4, x_next), slice(x_next, x_next + action_size))
+        return cls(slice(0, x), slice(x, a), a, a + 1, a + 2, a + 3, *columns)
 
     @property
-    def layout(self) -> "TransitionLayout":
-        """Columns of each part of a transition in a packed row."""
-
-    def __len__(self) -> int:
-        """How many transitions are kept."""
-
-    def add(self, transition: Transition) -> None:
-        """Store a transition."""
-
-    def sample(self, batch_size: int) -> Float32Array:
-        """Draw transitions: packed rows, float32 (batch_size, layout.width)."""
-
-    def state(self) -> dict[str, Any]:
-        """Everything that is kept, and the randomness of drawing; arrays are views, to be written at once."""
-
-    def load_state(self, state: dict[str, Any]) -> None:
-        """Restore what state() returned."""
+    def width(self) -> int:
+        """Length of a row."""
+        width: int = self.controller_action.stop
+        return width
 
 
 class ReplayBuffer:
@@ -51,32 +55,20 @@ class ReplayBuffer:
 
     def __init__(self, capacity: int, observation_size: int, action_size: int, rng: np.random.Generator) -> None:
         """Hold up to `capacity` transitions; memory grows as it fills."""
-        self._layout = TransitionLayout(observation_size, action_size)
-        self._rows = np.zeros((capacity, self._layout.width), dtype=np.float32)
+        self.layout = TransitionLayout.build(observation_size, action_size)
+        self._rows = np.zeros((capacity, self.layout.width), dtype=np.float32)
         self._capacity = capacity
         self._rng = rng
-        self._next = 0
-        self._size = 0
+        self._next = self._size = 0
 
     def __len__(self) -> int:
         return self._size
 
-    @property
-    def layout(self) -> "TransitionLayout":
-        """Columns of each part of a transition in a packed row."""
-        return self._layout
-
     def add(self, transition: Transition) -> None:
         """Store a transition, over the oldest one where the ring is full."""
-        row, layout = self._rows[self._next], self._layout
-        row[layout.observation] = transition.observation
-        row[layout.action] = transition.action
-        row[layout.reward] = transition.reward
-        row[layout.switch_reward] = transition.switch_reward
-        row[layout.discount] = transition.discount
-        row[layout.by_policy] = transition.by_policy
-        row[layout.next_observation] = transition.next_observation
-        row[layout.controller_action] = transition.controller_action
+        row = self._rows[self._next]
+        for columns, value in zip(self.layout, transition, strict=True):
+            row[columns] = value
         self._next = (self._next + 1) % self._capacity
         self._size = min(self._size + 1, self._capacity)
 
@@ -85,7 +77,7 @@ class ReplayBuffer:
         return self._rows[self._rng.integers(self._size, size=batch_size)]
 
     def state(self) -> dict[str, Any]:
-        """The rows as they lie in the ring, float32 (size, layout.width), where the next goes, and the randomness."""
+        """A view of the rows in the ring, float32 (size, layout.width), the next row's index and the random stream."""
         return {"rows": self._rows[: self._size], "next": self._next, "rng": self._rng.bit_generator.state}
 
     def load_state(self, state: dict[str, Any]) -> None:
@@ -110,14 +102,10 @@ class BalancedReplay:
     def __init__(self, capacity: int, observation_size: int, action_size: int, rng: np.random.Generator) -> None:
         """Hold up to `capacity` transitions in each."""
         self._policy, self._controller = (ReplayBuffer(capacity, observation_size, action_size, rng) for _ in range(2))
+        self.layout = self._policy.layout
 
     def __len__(self) -> int:
         return len(self._policy) + len(self._controller)
-
-    @property
-    def layout(self) -> "TransitionLayout":
-        """Columns of each part of a transition in a packed row."""
-        return self._policy.layout
 
     def add(self, transition: Transition) -> None:
         """Store a transition with its driver's."""
@@ -138,18 +126,3 @@ class BalancedReplay:
         """Restore what state() returned."""
         self._policy.load_state(state["policy"])
         self._controller.load_state(state["controller"])
-
-
-class TransitionLayout:
-    """Columns of a packed transition: x, a, r twice, discount, σ, x', controller's action."""
-
-    def __init__(self, observation_size: int, action_size: int) -> None:
-        self.observation = slice(0, observation_size)
-        self.action = slice(observation_size, observation_size + action_size)
-        self.reward = self.action.stop
-        self.switch_reward = self.reward + 1
-        self.discount = self.reward + 2
-        self.by_policy = self.reward + 3
-        self.next_observation = slice(self.reward + 4, self.reward + 4 + observation_size)
-        self.controller_action = slice(self.next_observation.stop, self.next_observation.stop + action_size)
-        self.width = self.controller_action.stop

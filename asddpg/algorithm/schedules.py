@@ -1,8 +1,11 @@
 """Schedules over a training: how the controller's assistance is withdrawn, and how the learning rates decay."""
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+if TYPE_CHECKING:
+    from asddpg.config import WithdrawalConfig
 
 
 class Withdrawal:
@@ -12,28 +15,11 @@ class Withdrawal:
     steps of training.
     """
 
-    def __init__(
-        self,
-        begin_step: float,
-        end_step: float,
-        first_share: float,
-        last_share: float,
-        stretch_steps: int,
-        rng: np.random.Generator,
-    ) -> None:
-        """Set the schedule.
-
-        Args:
-            begin_step: steps of training up to which the share is `first_share`.
-            end_step: steps of training from which it is `last_share`.
-            first_share: share of the episodes driven by the actor alone, 0 to 1.
-            last_share: the same at the end.
-            stretch_steps: steps after which it draws again within an episode; 0 draws once an episode.
-            rng: source of randomness.
-        """
-        self._begin, self._end = begin_step, end_step
-        self._first, self._last = first_share, last_share
-        self._stretch_steps = stretch_steps
+    def __init__(self, config: "WithdrawalConfig", total_steps: int, rng: np.random.Generator) -> None:
+        """Set the schedule for a training of `total_steps` steps."""
+        self._begin, self._end = config.begin * total_steps, config.end * total_steps
+        self._first, self._last = config.first_share, config.last_share
+        self._stretch_steps = config.stretch_steps
         self._rng = rng
         self._steps = 0
         self._steps_since_draw = 0
@@ -75,16 +61,8 @@ class Withdrawal:
         self._rng.bit_generator.state = state["rng"]
 
 
-class LearningRateDecay:
-    """Scale of the learning rates: 1, then linearly to 0 over the last part of training."""
-
-    def __init__(self, share: float, total_steps: int) -> None:
-        """Decay over the last `share` (0 to 1; 0 for never) of `total_steps` steps of training."""
-        self._share, self._total_steps = share, total_steps
-
-    def scale(self, step: int) -> float:
-        """Scale at a step of training, 0 to 1."""
-        if not self._share:
-            return 1.0
-        left = max(0.0, 1.0 - step / self._total_steps)
-        return min(1.0, left / self._share)
+def learning_rate_scale(step: int, total_steps: int, share: float) -> float:
+    """Scale of the learning rates: 1, then linearly to 0 over the last `share` (0 to 1; 0 for never) of training."""
+    if not share:
+        return 1.0
+    return min(1.0, max(0.0, 1.0 - step / total_steps) / share)

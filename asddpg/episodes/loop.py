@@ -25,9 +25,18 @@ def run_episode(
     """
     episode = EpisodeInProgress(environment, agent, observers)
     episode.begin(options)
-    while not episode.is_over and (max_steps is None or episode.figures.steps < max_steps):
+    while not episode.is_over and (max_steps is None or episode.stats.steps < max_steps):
         episode.step()
     return episode.end()
+
+
+def count_step(episode: Episode, step: Step, previous_info: Mapping[str, Any]) -> None:
+    """Add a step to an episode's sums; `previous_info` is that of the instant before it."""
+    episode.steps += 1
+    episode.total_reward += step.reward
+    episode.controller_steps += step.decision.driver is Driver.CONTROLLER
+    if "pose" in previous_info:
+        episode.path_length += math.dist(previous_info["pose"][:2], step.info["pose"][:2])
 
 
 class EpisodeInProgress:
@@ -35,13 +44,13 @@ class EpisodeInProgress:
 
     Attributes:
         observation: the present one.
-        figures: the episode so far.
+        stats: of the episode so far.
         is_over: whether the environment has ended it.
     """
 
     def __init__(self, environment: Environment, agent: Agent, observers: Sequence[Observer]) -> None:
         self._environment, self._agent, self._observers = environment, agent, observers
-        self.figures, self.is_over = Episode(), False
+        self.stats, self.is_over = Episode(), False
         self._info: Mapping[str, Any] = {}
 
     def begin(self, options: dict[str, Any] | None = None) -> None:
@@ -51,9 +60,9 @@ class EpisodeInProgress:
         for observer in self._observers:
             observer.begin_episode(self.observation, self._info)
 
-    def resume(self, figures: Mapping[str, Any], observation: Observation, info: Mapping[str, Any]) -> None:
+    def resume(self, stats: Mapping[str, Any], observation: Observation, info: Mapping[str, Any]) -> None:
         """Go on in mid-episode, with observation and info of the present instant; no observer is notified."""
-        self.figures, self.observation, self._info = Episode(**figures), observation, info
+        self.stats, self.observation, self._info = Episode(**stats), observation, info
 
     def step(self) -> tuple[Step, Mapping[str, SupportsFloat]]:
         """Decide, step, learn, notify; returns the step and the metrics of what was learned from it."""
@@ -61,25 +70,18 @@ class EpisodeInProgress:
         next_observation, reward, terminated, truncated, info = self._environment.step(decision.action)
         step = Step(self.observation, decision, reward, next_observation, terminated, truncated, info)
         learned = self._agent.learn(step)
-        self._count(step)
+        count_step(self.stats, step, self._info)
+        self._info = info
         for observer in self._observers:
             observer.step(step, learned)
         self.observation = next_observation
         if terminated or truncated:
-            self.figures.outcome = info.get("outcome", "ended" if terminated else "timeout")
+            self.stats.outcome = info.get("outcome", "ended" if terminated else "timeout")
             self.is_over = True
         return step, learned
-
-    def _count(self, step: Step) -> None:
-        self.figures.steps += 1
-        self.figures.total_reward += step.reward
-        self.figures.controller_steps += step.decision.driver is Driver.CONTROLLER
-        if "pose" in self._info:
-            self.figures.path_length += math.dist(self._info["pose"][:2], step.info["pose"][:2])
-        self._info = step.info
 
     def end(self) -> Episode:
         """Notify of the end; an episode that the environment has not ended is cut."""
         for observer in self._observers:
-            observer.end_episode(self.figures)
-        return self.figures
+            observer.end_episode(self.stats)
+        return self.stats

@@ -117,7 +117,7 @@ class Observer(Protocol):
 
 @dataclass
 class Episode:
-    """An episode in figures."""
+    """Statistics of an episode."""
 
     outcome: str = "cut"  # as info names it: reached, crashed, timeout; else ended, timeout, or cut for one broken off
     steps: int = 0

@@ -34,7 +34,7 @@ class TrainingEpisodes:
     @property
     def step(self) -> int:
         """Training steps made so far."""
-        return self._finished_steps + (self._episode.figures.steps if self._episode else 0)
+        return self._finished_steps + (self._episode.stats.steps if self._episode else 0)
 
     @property
     def is_in_episode(self) -> bool:
@@ -66,7 +66,7 @@ class TrainingEpisodes:
         return {
             "finished_steps": self._finished_steps,
             "finished_episodes": self.num_finished,
-            "episode": asdict(self._episode.figures) if self._episode else None,
+            "episode": asdict(self._episode.stats) if self._episode else None,
             "environment": self._stateful.state(),
             "agent": self._agent.state(),
         }

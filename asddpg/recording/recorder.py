@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, SupportsFloat
 
-from asddpg.episodes.loop import EpisodeStats
+from asddpg.episodes.loop import count_step
 from asddpg.episodes.protocols import Episode, Observation, Step
 from asddpg.recording.files.recording_file import RecordingFile
 from asddpg.recording.messages.channels import Channels
@@ -102,7 +102,7 @@ class Recorder:
         """Begin a file, if this episode is chosen."""
         self._episodes += 1
         if self._selection.chosen(self._episodes):
-            self._stats, self._number = EpisodeStats(info), -1
+            self._stats, self._info, self._number = Episode(), info, -1
             self._samples = [self._sampler.sample(-1, None, observation)]
             self._file = self._begin_file(info)
 
@@ -124,7 +124,7 @@ class Recorder:
         """Complete the file of an episode that was interrupted."""
         if self._file is not None:
             self._publish()
-            self.end_episode(self._stats.episode("cut"))
+            self.end_episode(self._stats)
 
     # Files --------------------------------------------------------------------------------------------------------
 
@@ -147,7 +147,8 @@ class Recorder:
             self._publisher.publish(samples)
         for sample in samples:
             if sample.step is not None:
-                self._stats.add(sample.step)
+                count_step(self._stats, sample.step, self._info)
+                self._info = sample.step.info
 
     def _complete(self, episode: Episode) -> None:
         assert self._file is not None

@@ -10,7 +10,7 @@ import mujoco
 from dm_control.rl.control import PhysicsError
 
 from asddpg.episodes.finite_check import NotFiniteError
-from asddpg.errors import NumericalFailure
+from asddpg.errors import NumericalFailure, UserError
 from asddpg.program import python
 from asddpg.runs.run_folder import RunFolder, write_json
 from asddpg.runs.training_states import TrainingStates
@@ -21,16 +21,10 @@ CAUSES = (NotFiniteError, PhysicsError, mujoco.FatalError)  # the last where MuJ
 
 @dataclass(frozen=True)
 class Failure:
-    """A failure of a training.
+    """A failure of a training."""
 
-    Attributes:
-        step: training steps made before.
-        message: what failed, one line.
-        in_validation: whether it failed in a validation.
-    """
-
-    step: int
-    message: str
+    step: int  # training steps made before
+    message: str  # what failed, one line
     in_validation: bool
 
 
@@ -42,11 +36,7 @@ def first_line(error: Exception) -> str:
 def dump(folder: RunFolder, states: TrainingStates, failure: Failure, argument: str) -> NumericalFailure:
     """Write a dump; returns the error for the user.
 
-    Args:
-        folder: the run's.
-        states: its training states.
-        failure: what failed.
-        argument: further argument of the command that repeats it, with a space before it; may be empty.
+    `argument` joins the command that repeats the failure; it begins with a space, or is empty.
     """
     where = f"after step {failure.step}{', in a validation,' if failure.in_validation else ''}"
     sentence = f"{where} {failure.message}; the training has stopped"
@@ -78,7 +68,10 @@ def read(path: Path) -> Failure:
     """The failure of a dump.
 
     Raises:
-        OSError, ValueError, KeyError, TypeError: it is no dump.
+        UserError: it is no dump.
     """
-    content = json.loads((path / FILE).read_text(encoding="utf-8"))
-    return Failure(int(content["step"]), str(content["message"]), bool(content["in_validation"]))
+    try:
+        content = json.loads((path / FILE).read_text(encoding="utf-8"))
+        return Failure(int(content["step"]), str(content["message"]), bool(content["in_validation"]))
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise UserError(f"{path} is not the folder of a failure: no {FILE} can be read there") from error

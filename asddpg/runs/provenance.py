@@ -7,6 +7,7 @@ import gymnasium
 
 from asddpg.config import TrainConfig
 from asddpg.recording.recorder import Provenance
+from asddpg.runs.run_folder import config_text
 from tasks.scene.loading import model_hash
 
 _PACKAGES = ("asddpg", "mujoco", "dm-control", "torch", "numpy", "gymnasium")
@@ -24,10 +25,10 @@ def current_versions(environment: gymnasium.Env) -> dict[str, str]:
     return versions() | {"model_hash": environment_hash(environment)}
 
 
-def recording_provenance(config: TrainConfig, settings: str, provenance: dict[str, str], **more: str) -> Provenance:
+def recording_provenance(config: TrainConfig, provenance: dict[str, str], **more: str) -> Provenance:
     """Provenance of a recording: the configuration as YAML, and facts by name."""
     facts = {"task": config.task.name, "agent": config.agent.name, "seed": str(config.seed)}
-    return Provenance(settings, {**facts, **more, **provenance})
+    return Provenance(config_text(config, provenance), {**facts, **more, **provenance})
 
 
 def environment_hash(environment: gymnasium.Env) -> str:
@@ -38,14 +39,14 @@ def environment_hash(environment: gymnasium.Env) -> str:
 def update_provenance(
     stored: TrainConfig, provenance: dict[str, str], config: TrainConfig, now: dict[str, str], step: int
 ) -> tuple[dict[str, str], list[str]]:
-    """Provenance of a resumed run: what it began with, and what has changed since.
+    """Provenance of a run that resumes at `step`: what it began with, and what has changed since.
 
     Args:
         stored: configuration before the resume.
         provenance: of the run so far.
         config: configuration from here on.
         now: current versions and scene hash.
-        step: training step of the resume.
+        step: of the training.
 
     Returns:
         The provenance from here on, and a sentence for the user about each change.

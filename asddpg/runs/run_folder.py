@@ -2,6 +2,7 @@
 
 import itertools
 import json
+from dataclasses import asdict
 from datetime import datetime
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from asddpg.atomic_write import write_whole
 from asddpg.command_line import stored_config
 from asddpg.config import TrainConfig
 from asddpg.errors import UserError
-from asddpg.runs.safe_loading import OURS, beginning_of, check_controller, check_links, plain_values
+from asddpg.runs.safe_loading import LARGEST_CONFIG, OURS, check_controller, check_links, plain_values
 from tasks import ALL_TASKS
 
 
@@ -62,6 +63,10 @@ class RunFolder:
         except OSError as error:
             raise UserError(f"the run folder {self.path} cannot be made: {error.strerror}") from error
 
+    def write_config(self, config: TrainConfig, provenance: dict[str, str]) -> None:
+        """Write config.yaml, whole or, if there was one before, the one before."""
+        write_whole(self.config, config_text(config, provenance).encode())
+
 
 def new_run_folder(config: TrainConfig) -> RunFolder:
     """The folder for a configuration, not created yet.
@@ -95,9 +100,10 @@ def open_run_folder(path: str) -> RunFolder:
     return folder
 
 
-def config_text(config: dict[str, Any], provenance: dict[str, str]) -> str:
+def config_text(config: TrainConfig, provenance: dict[str, str]) -> str:
     """Text of a config.yaml: the resolved configuration, and versions and model hash under `provenance`."""
-    text: str = yaml.safe_dump({**config, "provenance": provenance}, sort_keys=False, allow_unicode=True)
+    values = {**asdict(config), "provenance": provenance}
+    text: str = yaml.safe_dump(values, sort_keys=False, allow_unicode=True)
     return text
 
 
@@ -112,16 +118,12 @@ def read_training(path: Path, controller: str | None = OURS) -> tuple[TrainConfi
     Raises:
         UserError: the file is damaged, or of a version with other options or tasks, or names another controller.
     """
-    return training_in(beginning_of(path), str(path), controller)
+    return parse_training(_read(path), str(path), controller)
 
 
-def training_in(text: str | bytes, title: str, controller: str | None = OURS) -> tuple[TrainConfig, dict[str, str]]:
-    """The same of the text of a config.yaml, which errors call by a title.
-
-    Raises:
-        UserError: as above.
-    """
-    values, provenance = _values_in(text, title)
+def parse_training(text: str | bytes, title: str, controller: str | None = OURS) -> tuple[TrainConfig, dict[str, str]]:
+    """As read_training, from the text of a config.yaml, which errors call by a title."""
+    values, provenance = _parse(text, title)
     try:
         config = stored_config(values)
     except UserError as error:
@@ -138,10 +140,15 @@ def read_config(path: Path) -> tuple[dict[str, Any], dict[str, str]]:
     Raises:
         UserError: the file is damaged.
     """
-    return _values_in(beginning_of(path), str(path))
+    return _parse(_read(path), str(path))
 
 
-def _values_in(text: str | bytes, title: str) -> tuple[dict[str, Any], dict[str, str]]:
+def _read(path: Path) -> bytes:
+    with path.open("rb") as file:
+        return file.read(LARGEST_CONFIG + 1)
+
+
+def _parse(text: str | bytes, title: str) -> tuple[dict[str, Any], dict[str, str]]:
     try:
         values = plain_values(text)
         provenance = {str(name): str(version) for name, version in values.pop("provenance").items()}
@@ -152,9 +159,4 @@ def _values_in(text: str | bytes, title: str) -> tuple[dict[str, Any], dict[str,
 
 def write_json(path: Path, content: dict[str, Any]) -> None:
     """Write a file that is whole or not there."""
-    write_text(path, json.dumps(content, indent=2, allow_nan=False) + "\n")
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a file that is whole or, if there was one before, the one before."""
-    write_whole(path, text.encode())
+    write_whole(path, (json.dumps(content, indent=2, allow_nan=False) + "\n").encode())

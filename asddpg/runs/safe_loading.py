@@ -54,22 +54,13 @@ def _leaves(values: Any) -> Iterator[Any]:
         yield from _leaves(value)
 
 
-def beginning_of(path: Path) -> bytes:
-    """A configuration's bytes, up to one more than allowed."""
-    with path.open("rb") as file:
-        return file.read(LARGEST_CONFIG + 1)
-
-
 def check_controller(config: TrainConfig, named: str | None, title: str) -> None:
-    """Check the controller of a stored configuration against the one that the user has named: a controller is code.
+    """Check that a stored configuration's controller, which is code, is ours or the one that the user has named.
 
-    Args:
-        config: as stored.
-        named: by the user, OURS by default; None where no controller is made.
-        title: of the configuration.
+    With `named` None, no controller is made and any is accepted.
 
     Raises:
-        UserError: it is neither that one nor one of this project's.
+        UserError: it is another one; the title names the configuration.
     """
     kind = config.controller.type
     if named is not None and kind not in CONTROLLERS and kind != named:

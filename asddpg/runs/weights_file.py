@@ -32,13 +32,7 @@ class _Content(NamedTuple):
 
 
 def save(path: Path, networks: Networks, step: int, with_critic: bool = True) -> None:
-    """Write the weights after `step` training steps; the folder is made if it is missing.
-
-    Args:
-        path: of the file.
-        networks: online networks.
-        step: of the training.
-        with_critic: whether Q^A is written too; a published policy needs none.
+    """Write the online networks after `step` training steps; a published policy needs no critic. Makes the folder.
 
     Raises:
         OSError: the file could not be written; what was there before is unchanged.

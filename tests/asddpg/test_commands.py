@@ -1,6 +1,5 @@
 """The commands as a user types them, valid and invalid."""
 
-import csv
 import json
 import subprocess
 import sys
@@ -8,23 +7,18 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-import torch
 import yaml
 
 from asddpg import evaluate, train
 from asddpg.episodes.protocols import Action, Observation
 from asddpg.errors import UserError
+from asddpg.observers.metrics_log import read_rows
 from asddpg.runs import weights_file
 from tasks import ALL_TASKS
 from tasks.errors import TaskError
 
 SMALL = ["task=nav_empty", "total_steps=400", "agent.learning_starts=100", "network=fc2x100", "test_episodes=2"]
 SMALL += ["validation.every=200", "validation.episodes=1", "task.time_limit_steps=40"]
-
-
-def read_rows(path: Path) -> list[dict[str, str]]:
-    with path.open() as file:
-        return list(csv.DictReader(file))
 
 
 @pytest.fixture(scope="module")
@@ -129,7 +123,7 @@ def test_same_seed_twice_is_equal_with_everything_that_draws(tmp_path: Path) -> 
     drawing = ["agent=astd3", "agent.balanced_batches=true", "agent.withdrawal.stretch_steps=20", "task.laser.noise=1"]
     for name in ("one", "two"):
         train.main([*SMALL, *drawing, f"run_dir={tmp_path / name}"])
-    for name in ("metrics.csv", "validation.csv"):
+    for name in ("metrics.csv", "validation.csv", "steps.npz"):
         assert (tmp_path / "one" / name).read_bytes() == (tmp_path / "two" / name).read_bytes()
 
 
@@ -169,25 +163,16 @@ INVALID_ARGUMENTS = [
     ("network=fc9x9", "fc2x100, fc3x100, fc3x256"),
     ("reward=lush", "dense, sparse"),
     ("device=tpu", "cpu, cuda"),
-    ("device=cuda:x", "cpu, cuda"),
     ("totl_steps=5", "did you mean total_steps"),
     ("batch_size=5", "agent.batch_size"),
-    ("agent.bach_size=5", "agent.batch_size"),
     ("total_steps=abc", "total_steps.*'abc'"),
-    ("total_steps=1.5", "total_steps.*'1.5'"),
     ("total_steps=-1", "greater than 0, not -1"),
-    ("total_steps=0", "greater than 0, not 0"),
     ("seed=-5", "from 0 to"),
     ("agent.batch_size=100001", "agent.buffer_size, 100000"),
-    ("agent.buffer_size=500", "agent.buffer_size, 500"),
     ("agent.gamma=1.5", "below 1"),
     ("agent.gamma=nan", "finite"),
-    ("reward.reach=inf", "finite"),
     ("controller.gains=[1]", "two numbers"),
-    ("controller.gains=[1,2,3]", "two numbers"),
-    ("controller.gains=3", "controller.gains"),
     ("controller.type=nowhere:Nothing", "package.module:Factory"),
-    ("controller.type=os:path", "package.module:Factory"),
     ("network.widths=[]", "two or more layers"),
     ("seed", "name=value"),
     ("+seed=1", "no option '.seed'; did you mean seed"),
@@ -195,9 +180,7 @@ INVALID_ARGUMENTS = [
     ("test_episodes=500", "200"),
     ("task.name=nav_simple", "no option"),
     ("task.control_timestep=0.013", "multiple of the physics step"),
-    ("device=cpu:", "cpu, cuda"),
     ("controller.type=builtins:dict", "act"),
-    ("controller.type=builtins:int", "package.module:Factory"),
     ("agent.twin_critics=true", "agent=astd3"),
     ("agent.target_noise=0.1", "agent.critic_follows_switch=false"),
     ("agent.withdrawal.begin=0.95", "must not come after .end, 0.9"),
@@ -264,37 +247,25 @@ def test_invalid_evaluations_are_one_sentence(
     assert not list(tmp_path.iterdir())
 
 
-class Evil:
-    def __reduce__(self) -> tuple[object, tuple[str]]:
-        return (exec, ("open('ran', 'w').close()",))
-
-
 @pytest.mark.parametrize(
     ("content", "sentence"),
     [
-        (None, "no checkpoint"),
+        (None, "no file of weights"),
         (b"", "damaged or not a file of weights"),
         (b"half a checkpoint", "damaged or not a file of weights"),
-        ({"weights": torch.zeros(3)}, "not a checkpoint written by"),
-        ({"format": "asddpg-checkpoint-1", "step": 1, "agent": {"networks": {}}}, "does not fit"),
-        (Evil(), "damaged or not a file of weights"),
     ],
 )
-def test_checkpoints_that_are_missing_or_not_ours(
-    content: object, sentence: str, finished_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_weights_that_are_missing_or_damaged(
+    content: bytes | None, sentence: str, finished_run: Path, tmp_path: Path
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     run = tmp_path / "run"
     checkpoint = run / "checkpoints/last.safetensors"
     checkpoint.parent.mkdir(parents=True)
     (run / "config.yaml").write_bytes((finished_run / "config.yaml").read_bytes())
-    if isinstance(content, bytes):
+    if content is not None:
         checkpoint.write_bytes(content)
-    elif content is not None:
-        torch.save(content, checkpoint)
     with pytest.raises(UserError, match=sentence):
         evaluate.main([f"run={run}", "episodes=1"])
-    assert not (tmp_path / "ran").exists()
     assert not (run / "evaluation.json").exists()
 
 

@@ -11,7 +11,8 @@ from pathlib import Path
 import pytest
 
 from asddpg import train
-from asddpg.runs import append_only_logs, state_files
+from asddpg.runs import state_files
+from asddpg.runs.rewind import check_logs
 from asddpg.runs.training_states import TrainingStates
 from tests.faults.scale import scaled
 from tests.support.small_runs import QUICK, assert_same_run, assert_same_tree, stopped
@@ -83,7 +84,7 @@ def test_every_damage_is_recognised(tmp_path: Path, capsys: pytest.CaptureFixtur
         while contents(folder) == whole:  # zeros may be where zeros were
             draws.choice(MUTATIONS)(folder / draws.choice(FILES), draws)
         state, sentences = TrainingStates(run / "resume").newest(
-            lambda each, run=run: append_only_logs.check(run, each["files"])  # type: ignore[misc]
+            lambda each, run=run: check_logs(run, each["files"])  # type: ignore[misc]
         )
         assert state is not None
         recognised += len(sentences) == 1

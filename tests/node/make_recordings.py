@@ -1,6 +1,5 @@
 """Recordings of every kind, for the check in Node: `python -m tests.node.make_recordings FOLDER`."""
 
-import dataclasses
 import itertools
 import os
 import shutil
@@ -19,7 +18,6 @@ from asddpg.episodes.protocols import Decision, Driver, Observation
 from asddpg.recording.files.recovery import recover
 from asddpg.recording.recorder import Recorder, Selection, every_nth
 from asddpg.runs.provenance import environment_hash, recording_provenance, versions
-from asddpg.runs.run_folder import config_text
 from tests.conftest import TINY
 
 CUT_AFTER = 25  # steps
@@ -37,8 +35,7 @@ def record_turning(folder: Path, steps: int, before_step: Callable[[int], None] 
     config = train_config(["task=nav_complex"])
     environment = make_environment(config.task, config.reward)
     provenance = versions() | {"model_hash": environment_hash(environment)}
-    settings = config_text(dataclasses.asdict(config), provenance)
-    origin = recording_provenance(config, settings, provenance)
+    origin = recording_provenance(config, provenance)
     recorder = Recorder(folder, navigation_env(environment), origin, Selection(every_nth(1)), print)
     count = itertools.count()
 

@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
@@ -31,7 +30,7 @@ def finish(
     path = folder / run.name
     path.mkdir(parents=True)
     made = {"asddpg": "0.0.9", "model_hash": model_hash, **(provenance or {})}
-    (path / "config.yaml").write_text(config_text(asdict(run.config), made), encoding="utf-8")
+    (path / "config.yaml").write_text(config_text(run.config, made), encoding="utf-8")
     (path / "metrics.csv").write_text("\n".join(_episodes(run.config.total_steps, outcomes, shares)) + "\n")
     rows = [f"{number + 1},{value},0,0" for number, value in enumerate(validations)]
     (path / "validation.csv").write_text("\n".join(["step,success_rate,collision_rate,metric", *rows]) + "\n")

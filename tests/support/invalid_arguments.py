@@ -36,62 +36,46 @@ IMPOSSIBLE_FOLDERS = (
     *("a_file", "a_file/below", "full", "..", "/", "/dev/null", "/dev/null/x", "/proc/x", "/etc", "a" * 300),
 )
 CONTRADICTIONS = (
-    ["agent.assisted=false"],
-    ["agent=ddpg", "agent.imitation=1"],
-    ["agent=ddpg", "agent.balanced_batches=true"],
-    ["agent=ddpg", "agent.charge_critic=true"],
-    ["agent.twin_critics=true"],
-    ["agent.target_noise=0.1"],
-    ["agent=astd3", "agent.critic_follows_switch=true"],
-    ["agent.withdrawal.begin=0.95"],
-    ["agent.withdrawal.end=0.05"],
-    ["agent.batch_size=2000", "agent.buffer_size=1999", "agent.learning_starts=5"],
-    ["agent.learning_starts=100001"],
-    ["agent.balanced_batches=true", "agent.batch_size=1"],
-    ["record.cameras=[chase]", "record.every=0"],
-    ["record.cameras=[nosuch]"],
-    ["record.cameras=[chase,../chase]"],
-    ["task.min_linear_velocity=0.5"],
-    ["task.min_linear_velocity=0.3", "task.max_linear_velocity=0.2"],
-    ["network.widths=[65536,65536,65536,65536]"],
-    ["task.num_scans=100", "task.laser.num_beams=2000", "agent.buffer_size=10000000"],
+    *("agent.assisted=false", "agent.twin_critics=true", "agent.target_noise=0.1", "agent.learning_starts=100001"),
+    *("agent=ddpg agent.imitation=1", "agent=ddpg agent.balanced_batches=true", "agent=ddpg agent.charge_critic=true"),
+    *("agent=astd3 agent.critic_follows_switch=true", "agent.withdrawal.begin=0.95", "agent.withdrawal.end=0.05"),
+    "agent.batch_size=2000 agent.buffer_size=1999 agent.learning_starts=5",
+    "agent.balanced_batches=true agent.batch_size=1",
+    *("record.cameras=[chase] record.every=0", "record.cameras=[nosuch]", "record.cameras=[chase,../chase]"),
+    *("task.min_linear_velocity=0.5", "task.min_linear_velocity=0.3 task.max_linear_velocity=0.2"),
+    *(
+        "network.widths=[65536,65536,65536,65536]",
+        "task.num_scans=100 task.laser.num_beams=2000 agent.buffer_size=10000000",
+    ),
 )
-CONTROLLERS_THAT_ARE_NONE = (
-    "nowhere:No",
-    "os:path",
-    "os:getcwd",
-    "builtins:dict",
-    "builtins:int",
-    ":",
-    "a:",
-    ":a",
-    "..:a",
+DRIVE = "agent=controller task=nav_empty"
+INVALID_DRIVERS = (
+    *("", "run=nowhere", "run=a_file", "run=full", "run=/proc/self", "run=" + "a" * 300, "run=läufe"),
+    *("run=pretrained:", "run=pretrained:nowhere", "run=pretrained:../nav_empty", "agent=pilot", "agent=controller"),
+    *("agent=controller task=nav_foo", "agent=random task=nav_empty run=x", f"{DRIVE} driver=switch"),
+    *("run=x controller.gains=[1,2]", "agent=random task=nav_empty checkpoint=best"),
+    *("run=pretrained:nav_empty checkpoint=best", "run=pretrained:nav_empty task=nav_foo"),
 )
-DEVICES = (
-    "tpu",
-    "CPU",
-    "cuda:x",
-    "cuda:-1",
-    "cpu:",
-    "cpu:1",
-    "cuda:²",
-    "mps",
-    "cuda:99999999999999999999",
-    "cuda 0",
-    "läufer",
+INVALID_EVALUATIONS = (f"{DRIVE} episodes=201", f"{DRIVE} record.cameras=[chase]")
+INVALID_PLAYS = (
+    *(f"{DRIVE} video=x.avi", f"{DRIVE} video=nowhere/x.mp4"),
+    *(f"{DRIVE} video=x.mp4 camera=nosuch", f"{DRIVE} camera=top"),
 )
+CONTROLLERS = ("nowhere:No", "os:path", "os:getcwd", "builtins:dict", "builtins:int", ":", "a:", ":a", "..:a")
+DEVICES = ("tpu", "CPU", "cuda:x", "cuda:-1", "cpu:", "cpu:1", "cuda:²", "mps", f"cuda:{10**20}", "cuda 0", "läufer")
 
 
 def invalid_arguments(config: type) -> ArgumentLists:
     """A command line with one invalid argument, and valid ones before or after it."""
     kinds = [_unknown(config), _misspelt(config), _misfits(config), _out_of_range(config), _not_finite(config)]
     kinds += [_too_large(config), _empty(config), _with_syntax(config), _references(config), _broken()]
-    kinds += [_of_options(config, "device", DEVICES), _of_options(config, "controller.type", CONTROLLERS_THAT_ARE_NONE)]
+    kinds += [_of_options(config, "device", DEVICES), _of_options(config, "controller.type", CONTROLLERS)]
     if config is TrainConfig:
-        kinds += [_no_choice(), st.sampled_from(CONTRADICTIONS).map(list)]
+        kinds += [_no_choice(), st.sampled_from(CONTRADICTIONS).map(str.split)]
         kinds += [_of_options(config, "run_dir", IMPOSSIBLE_FOLDERS)]
     else:
-        kinds += [_invalid_drivers(config)]
+        own = INVALID_EVALUATIONS if config is EvaluateConfig else INVALID_PLAYS
+        kinds += [st.sampled_from([*INVALID_DRIVERS, *own]).map(str.split)]
     right = st.sampled_from([[], [], ["device=cpu"], ["controller.gains=[2,1]"]])
     return st.builds(_beside, st.one_of(kinds), right, st.booleans())
 
@@ -115,7 +99,7 @@ def _unknown(config: type) -> ArgumentLists:
     known = {*options(config), *(GROUPS if config is TrainConfig else ())}
     plain = st.from_regex(r"[a-z_][a-z0-9_]{0,12}(\.[a-z_]{1,9}){0,2}", fullmatch=True)
     names = st.one_of(plain, st.text(min_size=1, max_size=12)).filter(lambda name: name not in known)
-    # A sign of equality ends a name, and a word of -h alone asks for help.
+    # An equals sign ends a name.
     names = names.filter(lambda name: "=" not in name and "\0" not in name)
     return st.tuples(names, st.sampled_from(["1", "0.5", "true", "a", "[1]"])).map(lambda each: ["=".join(each)])
 
@@ -204,36 +188,3 @@ def _no_choice() -> ArgumentLists:
 
     arguments = st.tuples(st.sampled_from(sorted(GROUPS)), values).filter(is_no_choice)
     return arguments.map(lambda each: ["=".join(each)])
-
-
-def _invalid_drivers(config: type) -> ArgumentLists:
-    """Of programs that drive alone."""
-    arguments = [
-        [],
-        ["run=nowhere"],
-        ["run=a_file"],
-        ["run=full"],
-        ["run=/proc/self"],
-        ["run=" + "a" * 300],
-        ["run=läufe"],
-    ]
-    arguments += [["run=pretrained:"], ["run=pretrained:nowhere"], ["run=pretrained:../nav_empty"], ["agent=pilot"]]
-    arguments += [
-        ["agent=controller"],
-        ["agent=controller", "task=nav_foo"],
-        ["agent=random", "task=nav_empty", "run=x"],
-    ]
-    arguments += [["agent=controller", "task=nav_empty", "driver=switch"], ["run=x", "controller.gains=[1,2]"]]
-    arguments += [["agent=random", "task=nav_empty", "checkpoint=best"]]
-    arguments += [["run=pretrained:nav_empty", "checkpoint=best"], ["run=pretrained:nav_empty", "task=nav_foo"]]
-    drive = ["agent=controller", "task=nav_empty"]
-    if config is EvaluateConfig:
-        arguments += [[*drive, "episodes=201"], [*drive, "record.cameras=[chase]"]]
-    else:
-        arguments += [
-            [*drive, "video=x.avi"],
-            [*drive, "video=nowhere/x.mp4"],
-            [*drive, "video=x.mp4", "camera=nosuch"],
-        ]
-        arguments += [[*drive, "camera=top"]]
-    return st.sampled_from(arguments).map(list)

@@ -26,6 +26,21 @@ DRAWING = ["agent=astd3", "agent.balanced_batches=true", "agent.n_steps=3", "age
 DRAWING += ["agent.withdrawal.first_share=0.3", "task.laser.noise=1", "task.laser.dropout=0.05"]
 DRAWING += ["task.laser.latency=0.1"]
 
+KINDS = {
+    "default": [],
+    "everything that draws": DRAWING,
+    "ddpg": ["agent=ddpg"],
+    "a buffer that wraps": [*DRAWING, "agent.buffer_size=60"],
+    "things that can be pushed": ["task=nav_gazebo", "agent.n_steps=5", "record.every=3"],
+}
+
+
+class Harmful:
+    """Runs code where it is unpickled, which leaves the file `ran`."""
+
+    def __reduce__(self) -> tuple[object, tuple[str]]:
+        return (exec, ("open('ran', 'w').close()",))
+
 
 class Died(BaseException):
     """Stands for the end of a process; nothing catches it."""

@@ -11,7 +11,7 @@ from asddpg.build import make_agent, make_environment, navigation_env, prepare_t
 from asddpg.command_line import train_config
 from asddpg.episodes.training_episodes import TrainingEpisodes
 from asddpg.observers.step_log import COLUMNS
-from asddpg.runs import append_only_logs
+from asddpg.runs.rewind import log_lengths
 from asddpg.runs.run_folder import RunFolder
 from asddpg.runs.training_states import TrainingStates
 
@@ -35,7 +35,7 @@ def checkpoint() -> None:
         for round_ in range(ROUNDS):
             steps.append(_drive(episodes, STEPS))
             begun, wall = time.process_time(), time.perf_counter()
-            states.write(round_, {"episodes": episodes.state(), "files": append_only_logs.lengths(folder.path)})
+            states.write(round_, {"episodes": episodes.state(), "files": log_lengths(folder.path)})
             writes.append(time.process_time() - begun)
             walls.append(time.perf_counter() - wall)
         size = sum(file.stat().st_size for file in states.paths()[-1].iterdir())

@@ -1,6 +1,5 @@
 """What recording costs: CPU a step and room on the disk."""
 
-import dataclasses
 import tempfile
 import time
 from pathlib import Path
@@ -13,9 +12,9 @@ from asddpg.episodes.drivers import FixedDriver
 from asddpg.episodes.loop import run_episode
 from asddpg.recording.files.reading import open_recording
 from asddpg.recording.recorder import Recorder, Selection, every_nth
+from asddpg.runs import weights_file
 from asddpg.runs.loading import open_trained
 from asddpg.runs.provenance import recording_provenance, versions
-from asddpg.runs.run_folder import config_text
 from tasks.evaluation_pairs import stored_pairs
 from tasks.room_geometry.held_out import Pair
 
@@ -29,12 +28,11 @@ def recording() -> None:
     trained = open_trained(f"pretrained:{TASK}")
     environment = make_environment(trained.config.task, trained.config.reward)
     agent = make_agent(trained.config, environment)
-    trained.load_into(agent)
+    weights_file.load_into(trained.weights, agent.networks)
     driver = FixedDriver(agent.decide_greedily)
     pairs = stored_pairs(TASK, "test", trained.config.task.goal_radius)[:PAIRS]
     made_with = versions()
-    settings = config_text(dataclasses.asdict(trained.config), made_with)
-    provenance = recording_provenance(trained.config, settings, made_with)
+    provenance = recording_provenance(trained.config, made_with)
     with tempfile.TemporaryDirectory() as folder:
         recorder = Recorder(Path(folder), navigation_env(environment), provenance, Selection(every_nth(1)), print)
         costs: list[list[float]] = []

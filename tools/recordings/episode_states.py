@@ -16,7 +16,7 @@ from asddpg.recording.files.reading import Recording
 from asddpg.recording.messages.path_message import DRIVER_COLOURS
 from asddpg.recording.pictures.caption import OUTCOME_COLOURS, Colour
 from asddpg.recording.samples import NANOSECONDS
-from asddpg.runs.run_folder import training_in
+from asddpg.runs.run_folder import parse_training
 from tasks.gymnasium_api.navigation_env import NavigationEnv
 
 StepRecord = dict[str, Any]  # a message of /step
@@ -137,5 +137,5 @@ class EpisodeStates:
 @functools.lru_cache(maxsize=1)  # the episodes of a folder are of one room, and opening the office takes a second
 def _open_environment(settings: str) -> tuple[TrainConfig, gymnasium.Env]:
     """A recording's configuration, and its environment."""
-    config, _ = training_in(settings, "its configuration", controller=None)
+    config, _ = parse_training(settings, "its configuration", controller=None)
     return config, make_environment(config.task, config.reward)

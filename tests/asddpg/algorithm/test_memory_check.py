@@ -11,7 +11,7 @@ from asddpg.command_line import train_config
 from asddpg.errors import UserError
 
 SHAPE = NetworkShape(4, None, [0.0, -1.0], [1.0, 1.0], [8])
-RING = 4 * TransitionLayout(4, 2).width * 1_000_000  # bytes of a million transitions
+RING = 4 * TransitionLayout.build(4, 2).width * 1_000_000  # bytes of a million transitions
 
 
 def check(patch: pytest.MonkeyPatch, *arguments: str) -> None:

@@ -11,7 +11,7 @@ def transition(index: int, discount: float = 1.0, by_policy: float = 1.0) -> Tra
     """Step `index` of an episode: x is [index], its reward index + 1, the switch's ten times that."""
     x, x_next = np.array([index], np.float32), np.array([index + 1], np.float32)
     action = np.array([index, -index], np.float32)
-    return Transition(x, action, index + 1.0, 10.0 * (index + 1.0), discount, x_next, by_policy, action)
+    return Transition(x, action, index + 1.0, 10.0 * (index + 1.0), discount, by_policy, x_next, action)
 
 
 def test_one_step_changes_nothing() -> None:

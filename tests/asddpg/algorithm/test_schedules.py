@@ -16,7 +16,8 @@ class Perfect:
 
 
 def schedule(stretch_steps: int = 0, first: float = 0.0, last: float = 1.0) -> Withdrawal:
-    return Withdrawal(100, 300, first, last, stretch_steps, np.random.default_rng(0))
+    config = WithdrawalConfig(first, last, begin=0.25, end=0.75, stretch_steps=stretch_steps)
+    return Withdrawal(config, 400, np.random.default_rng(0))
 
 
 def test_the_share_goes_linearly_from_first_to_last() -> None:

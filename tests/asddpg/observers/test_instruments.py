@@ -1,6 +1,5 @@
 """What a training keeps to be looked at later: snapshots, the step log, TD errors by who drove."""
 
-import csv
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +12,7 @@ from asddpg.algorithm.losses import TargetRule, bellman_targets, critic_dqn_loss
 from asddpg.algorithm.networks import CONTROLLER, POLICY
 from asddpg.build import make_agent, make_environment
 from asddpg.episodes.protocols import Decision, Driver, Episode, Step
-from asddpg.observers.metrics_log import MetricsLog
+from asddpg.observers.metrics_log import MetricsLog, read_rows
 from asddpg.observers.step_log import COLUMNS
 from asddpg.runs import weights_file
 from asddpg.runs.run_folder import RunFolder, read_training
@@ -33,11 +32,6 @@ from tests.conftest import TINY
 def agent_of(run: Path) -> AsDDPG:
     config, _ = read_training(RunFolder(run).config)
     return make_agent(config, make_environment(config.task, config.reward))
-
-
-def read_rows(run: Path) -> list[dict[str, str]]:
-    with (run / "metrics.csv").open() as file:
-        return list(csv.DictReader(file))
 
 
 # Snapshots --------------------------------------------------------------------------------------------------------
@@ -73,7 +67,7 @@ def test_the_step_log_agrees_with_the_metrics(tiny_run: Path) -> None:
         log = dict(steps)
     assert set(log) == set(COLUMNS)
     assert {(column.shape, column.dtype) for column in log.values()} == {((400,), np.dtype(np.float32))}
-    for row in read_rows(tiny_run):
+    for row in read_rows(tiny_run / "metrics.csv"):
         mine = log["episode"] == int(row["episode"])
         assert mine.sum() == int(row["steps"])
         assert log["by_controller"][mine].mean() == pytest.approx(float(row["controller_share"]))
@@ -114,13 +108,7 @@ def test_an_interrupted_training_keeps_its_steps(tmp_path: Path, monkeypatch: py
     with pytest.raises(KeyboardInterrupt):
         train.main(["task=nav_empty", *TINY, "validation.every=50", f"run_dir={tmp_path / 'run'}"])
     with np.load(tmp_path / "run/steps.npz", allow_pickle=False) as steps:
-        assert len(steps["x"]) == int(read_rows(tmp_path / "run")[-1]["step"]) >= 50
-
-
-def test_same_seed_same_steps(tiny_run: Path, tmp_path: Path) -> None:
-    train.main(["task=nav_complex", *TINY, f"run_dir={tmp_path / 'run'}"])
-    assert (tmp_path / "run/steps.npz").read_bytes() == (tiny_run / "steps.npz").read_bytes()
-    assert (tmp_path / "run/metrics.csv").read_bytes() == (tiny_run / "metrics.csv").read_bytes()
+        assert len(steps["x"]) == int(read_rows(tmp_path / "run/metrics.csv")[-1]["step"]) >= 50
 
 
 # TD errors --------------------------------------------------------------------------------------------------------
@@ -160,12 +148,12 @@ def test_the_metrics_average_over_updates_that_had_samples(tmp_path: Path) -> No
             log.step(step, {"critic_loss": 1.0, "td_error_policy": policy, "td_error_controller": controller})
         log.end_episode(Episode("reached", 3, 0.0, 0, 0.0))
     log.close()
-    found = [(row["td_error_policy"], row["td_error_controller"]) for row in read_rows(tmp_path)]
+    found = [(row["td_error_policy"], row["td_error_controller"]) for row in read_rows(tmp_path / "metrics.csv")]
     assert found == [("2.0", "5.0"), ("1.0", ""), ("", "")]
 
 
 def test_a_run_reports_td_errors_and_no_nan(tiny_run: Path) -> None:
-    rows = read_rows(tiny_run)
+    rows = read_rows(tiny_run / "metrics.csv")
     for name in ("td_error_policy", "td_error_controller"):
         assert any(row[name] and float(row[name]) > 0 for row in rows)
     assert "nan" not in (tiny_run / "metrics.csv").read_text()

@@ -1,4 +1,4 @@
-"""A number that is none ends a training with a sentence, and with a folder from which it is met again."""
+"""NaN or an infinite number ends a training with a sentence, and with a folder from which it occurs again."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -89,11 +89,17 @@ def limit_memory(patch: pytest.MonkeyPatch, num_bytes: int) -> None:
     patch.setattr(mujoco.MjSpec, "compile", compile_small)
 
 
-def again(dump: Path, capsys: pytest.CaptureFixture[str]) -> str:
-    """What asddpg.reproduce says."""
+def reproduced(capsys: pytest.CaptureFixture[str]) -> str:
+    """The output of asddpg.reproduce for the one dump of ./run."""
+    (dump,) = Path("run").glob("failure_*")
     capsys.readouterr()
     reproduce.main([str(dump)])
     return capsys.readouterr().out
+
+
+@pytest.fixture(autouse=True)
+def _working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
 
 
 @pytest.mark.parametrize("step", [20, 137])  # before the first checkpoint, and after
@@ -111,59 +117,53 @@ def test_a_fault_stops_with_a_sentence_and_is_met_again(
     what: str,
     finished: int,
     step: int,
-    tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     break_at(monkeypatch, step, fault)
-    with pytest.raises(
-        NumericalFailure, match=f"after step {step + finished} {what}.*asddpg.reproduce run/failure"
-    ) as caught:
+    sentence = f"after step {step + finished} {what}.*asddpg.reproduce run/failure"
+    with pytest.raises(NumericalFailure, match=sentence) as caught:
         train.main([*QUICK, "run_dir=run"])
     assert "\n" not in str(caught.value)
-    (dump,) = Path("run").glob("failure_*")
-    said = again(dump, capsys)
-    assert f"it was: after step {step + finished} " in said
-    assert f"again: after step {step + finished} " in said
-    begun = int(said.split("driving from step ")[1].split("\n")[0])
+    output = reproduced(capsys)
+    assert f"it was: after step {step + finished} " in output
+    assert f"again: after step {step + finished} " in output
+    begun = int(output.split("driving from step ")[1].split("\n")[0])
     assert begun == (100 if step > 100 else 0)
 
 
-def test_a_log_holds_no_step_that_is_none(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Without the fault the run goes on from its last checkpoint."""
-    run = tmp_path / "run"
+def test_a_log_holds_no_failed_step(unbroken: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without the fault the run resumes from its last training state."""
     with monkeypatch.context() as patch:
         break_at(patch, 137, nan_reward)
         with pytest.raises(NumericalFailure):
-            train.main([*QUICK, f"run_dir={run}"])
-    assert "nan" not in (run / "metrics.csv").read_text().lower()
-    train.main([f"resume={run}"])
-    train.main([*QUICK, f"run_dir={tmp_path / 'other'}"])
-    assert (run / "metrics.csv").read_bytes() == (tmp_path / "other/metrics.csv").read_bytes()
+            train.main([*QUICK, "run_dir=run"])
+    assert "nan" not in Path("run/metrics.csv").read_text().lower()
+    dump = Path("run/failure_00000137")
+    assert {path.name for path in dump.iterdir()} == {"config.yaml", "failure.json", "resume"}
+    assert [path.name for path in (dump / "resume").iterdir()] == ["step_00000100"]
+    assert yaml.safe_load((dump / "config.yaml").read_text())["total_steps"] == 240
+    train.main(["resume=run"])
+    assert Path("run/metrics.csv").read_bytes() == (unbroken / "metrics.csv").read_bytes()
 
 
 @pytest.mark.parametrize("memory", [80_000, 200_000])
-def test_too_many_contacts(
-    memory: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """With little room MuJoCo warns, with some more it gives up: both are failures."""
-    monkeypatch.chdir(tmp_path)
+def test_too_many_contacts(memory: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:
+    """With little memory MuJoCo warns, with some more it gives up: both are failures."""
     limit_memory(monkeypatch, memory)
     break_at(monkeypatch, 60, everything_in_one_place)
     with pytest.raises(NumericalFailure, match=r"after step 59 (Physics state is invalid|mj_stackAlloc)") as caught:
         train.main([*QUICK, "task=nav_gazebo", "validation.every=0", "run_dir=run"])
     assert "\n" not in str(caught.value)
-    (dump,) = Path("run").glob("failure_*")
-    assert "again: after step 59 " in again(dump, capsys)
+    assert "again: after step 59 " in reproduced(capsys)
 
 
-# What is learned --------------------------------------------------------------------------------------------------
+# Learning ---------------------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("loss", ["critic_loss", "switch_loss", "policy_loss"])
-def test_a_loss_that_is_none(
-    loss: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+def test_a_loss_that_is_nan_stops_the_training(
+    loss: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     real = AsDDPG.learn
 
@@ -171,16 +171,14 @@ def test_a_loss_that_is_none(
         learned = real(self, step)
         return {**learned, loss: torch.tensor(NAN)} if self.steps == 120 else learned
 
-    monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(AsDDPG, "learn", learn)
     with pytest.raises(NumericalFailure, match=f"after step 120 {loss} is nan"):
         train.main([*QUICK, "run_dir=run"])
-    (dump,) = Path("run").glob("failure_*")
-    assert f"again: after step 120 {loss} is nan" in again(dump, capsys)
+    assert f"again: after step 120 {loss} is nan" in reproduced(capsys)
 
 
 def spoil_weights(patch: pytest.MonkeyPatch, step: int) -> None:
-    """One weight that the losses do not yet tell of."""
+    """One weight that no loss depends on yet."""
     real = AsDDPG.learn
 
     def learn(self: AsDDPG, each: Any) -> Any:
@@ -192,23 +190,20 @@ def spoil_weights(patch: pytest.MonkeyPatch, step: int) -> None:
     patch.setattr(AsDDPG, "learn", learn)
 
 
-@pytest.mark.parametrize("step", [150, 240])  # a checkpoint's, and the last
-def test_a_weight_that_is_none_is_never_kept(
-    step: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize("step", [150, 240])  # a training state's, and the last
+def test_a_weight_that_is_nan_is_never_kept(
+    step: int, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.chdir(tmp_path)
     spoil_weights(monkeypatch, step)
     with pytest.raises(NumericalFailure, match=f"after step {step} a weight of target_policy is not finite"):
         train.main([*QUICK, "run_dir=run"])
     for path in Path("run/resume").iterdir():
         for tensor in state_files.read(path)["episodes"]["agent"]["weights"].values():
             assert bool(torch.isfinite(tensor).all())
-    (dump,) = Path("run").glob("failure_*")
-    assert f"again: after step {step} a weight of target_policy is not finite" in again(dump, capsys)
+    assert f"again: after step {step} a weight of target_policy is not finite" in reproduced(capsys)
 
 
-def test_a_weight_that_is_none_is_noticed_where_a_user_stops(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_a_weight_that_is_nan_is_noticed_where_a_user_stops(monkeypatch: pytest.MonkeyPatch) -> None:
     spoil_weights(monkeypatch, 130)
     with pytest.raises(NumericalFailure, match="after step 130 a weight of target_policy"):
         stopped([*QUICK, "run_dir=run"], 130)
@@ -218,8 +213,7 @@ def test_a_weight_that_is_none_is_noticed_where_a_user_stops(tmp_path: Path, mon
 
 
 @pytest.mark.parametrize("step", [137, 240])
-def test_what_does_not_break_again_is_told(step: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_a_failure_that_does_not_occur_again_is_reported(step: int, monkeypatch: pytest.MonkeyPatch) -> None:
     with monkeypatch.context() as patch:
         break_at(patch, step, nan_reward)
         with pytest.raises(NumericalFailure):
@@ -228,19 +222,7 @@ def test_what_does_not_break_again_is_told(step: int, tmp_path: Path, monkeypatc
         reproduce.main([f"run/failure_{step:08d}"])
 
 
-def test_a_failure_explains_itself(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
-    break_at(monkeypatch, 137, nan_reward)
-    with pytest.raises(NumericalFailure):
-        train.main([*QUICK, "run_dir=run"])
-    dump = Path("run/failure_00000137")
-    assert {path.name for path in dump.iterdir()} == {"config.yaml", "failure.json", "resume"}
-    assert [path.name for path in (dump / "resume").iterdir()] == ["step_00000100"]
-    assert yaml.safe_load((dump / "config.yaml").read_text())["total_steps"] == 240
-
-
 @pytest.mark.parametrize("arguments", [[], ["a", "b"], ["nowhere"], ["."]])
-def test_nothing_to_reproduce(arguments: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(tmp_path)
+def test_nothing_to_reproduce(arguments: list[str]) -> None:
     with pytest.raises(UserError, match="failure|at most"):
         reproduce.main(arguments)

@@ -16,24 +16,18 @@ import pytest
 from asddpg import train
 from asddpg.observers.step_log import COLUMNS, StepLog
 from asddpg.program import python
-from asddpg.runs import append_only_logs, state_files
+from asddpg.runs import state_files
+from asddpg.runs.rewind import check_logs
 from asddpg.runs.training_states import TrainingStates
 from tests.support.small_runs import QUICK, assert_same_run, die, stopped
 
 FULL = "/dev/full"
 
 
-@pytest.fixture(scope="module")
-def unbroken(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    run = tmp_path_factory.mktemp("unbroken") / "run"
-    train.main([*QUICK, f"run_dir={run}"])
-    return run
-
-
 def assert_checkpoints_whole(run: Path, at_least: int = 0) -> None:
     states = TrainingStates(run / "resume")
     assert len(states.paths()) >= at_least
-    _, damaged = states.newest(lambda each: append_only_logs.check(run, each["files"]))
+    _, damaged = states.newest(lambda each: check_logs(run, each["files"]))
     assert not damaged
     assert not list((run / "resume").glob("*.part"))
 

@@ -7,6 +7,7 @@ import pytest
 from asddpg.build import make_agent, make_environment
 from asddpg.episodes.drivers import actor_alone
 from asddpg.episodes.loop import run_episode
+from asddpg.runs import weights_file
 from asddpg.runs.loading import open_trained
 from asddpg.runs.pretrained import FOLDER, names, open_pretrained
 from tasks.evaluation_pairs import stored_pairs
@@ -45,7 +46,7 @@ def test_it_drives_as_it_did(name: str) -> None:
     task = opened.config.task
     environment = make_environment(task, opened.config.reward)
     agent = make_agent(opened.config, environment)
-    opened.load_into(agent)
+    weights_file.load_into(opened.weights, agent.networks)
     pairs = stored_pairs(task.name, "test", task.goal_radius)[:EPISODES]
     options = [{"start": pair.start, "goal": pair.goal} for pair in pairs]
     outcomes = [run_episode(environment, actor_alone(agent), options=wanted).outcome for wanted in options]

@@ -19,7 +19,7 @@ from asddpg.errors import UserError
 from asddpg.observers.metrics_log import read_rows
 from asddpg.runs import weights_file
 from tests.support.small_runs import (
-    DRAWING,
+    KINDS,
     QUICK,
     Died,
     assert_same_recordings,
@@ -32,30 +32,6 @@ from tests.support.small_runs import (
     stopped,
 )
 
-KINDS = {
-    "default": [],
-    "everything that draws": DRAWING,
-    "ddpg": ["agent=ddpg"],
-    "a buffer that wraps": [*DRAWING, "agent.buffer_size=60"],
-    "things that can be pushed": ["task=nav_gazebo", "agent.n_steps=5", "record.every=3"],
-}
-
-Unbroken = Callable[[str], Path]
-
-
-@pytest.fixture(scope="module")
-def unbroken(tmp_path_factory: pytest.TempPathFactory) -> Unbroken:
-    """Runs that were not stopped, each made when first asked for; to be read, not written to."""
-    made: dict[str, Path] = {}
-
-    def run(kind: str) -> Path:
-        if kind not in made:
-            made[kind] = tmp_path_factory.mktemp("unbroken") / "run"
-            train.main([*QUICK, *KINDS[kind], f"run_dir={made[kind]}"])
-        return made[kind]
-
-    return run
-
 
 def ends_of_episodes(run: Path) -> list[int]:
     return [int(row["step"]) for row in read_rows(run / "metrics.csv")]
@@ -64,20 +40,19 @@ def ends_of_episodes(run: Path) -> list[int]:
 # Where it is stopped ----------------------------------------------------------------------------------------------
 
 
-def test_the_unbroken_run_has_what_is_to_be_tested(unbroken: Unbroken) -> None:
-    run = unbroken("default")
-    assert len(ends_of_episodes(run)) > 6
-    assert len(list((run / "episodes").iterdir())) > 3
-    assert len(read_rows(run / "validation.csv")) == 2
-    assert {tag.split("/")[0] for tag in scalars(run)} == {"train", "validation"}
+def test_the_unbroken_run_has_what_is_to_be_tested(unbroken: Path) -> None:
+    assert len(ends_of_episodes(unbroken)) > 6
+    assert len(list((unbroken / "episodes").iterdir())) > 3
+    assert len(read_rows(unbroken / "validation.csv")) == 2
+    assert {tag.split("/")[0] for tag in scalars(unbroken)} == {"train", "validation"}
 
 
 @pytest.mark.parametrize("act", [interrupt, die])
 @pytest.mark.parametrize("place", ["before any checkpoint", "first", "middle", "last", "checkpoint", "end"])
 def test_stopped_anywhere_it_comes_out_the_same(
-    unbroken: Unbroken, place: str, act: Callable[[], None], tmp_path: Path
+    unbroken: Path, place: str, act: Callable[[], None], tmp_path: Path
 ) -> None:
-    third, fourth = ends_of_episodes(unbroken("default"))[2:4]
+    third, fourth = ends_of_episodes(unbroken)[2:4]
     step = {"first": third + 1, "middle": fourth - 3, "last": fourth, "checkpoint": 100, "end": 240}.get(place, 30)
     run = tmp_path / "run"
     status = stopped([*QUICK, f"run_dir={run}"], step, act)
@@ -85,20 +60,22 @@ def test_stopped_anywhere_it_comes_out_the_same(
     if act is interrupt:
         assert newest_state(run)["step"] == step
     train.main([f"resume={run}"])
-    assert_same_run(unbroken("default"), run)
+    assert_same_run(unbroken, run)
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_stopped_again_and_again_it_comes_out_the_same(unbroken: Unbroken, kind: str, tmp_path: Path) -> None:
-    run, ends = tmp_path / "run", ends_of_episodes(unbroken(kind))
+def test_stopped_again_and_again_it_comes_out_the_same(
+    unbroken_kind: Callable[[str], Path], kind: str, tmp_path: Path
+) -> None:
+    run, ends = tmp_path / "run", ends_of_episodes(unbroken_kind(kind))
     stopped([*QUICK, *KINDS[kind], f"run_dir={run}"], ends[0] + 2)
     for step, act in [(ends[2] + 1, interrupt), (161, die), (239, interrupt)]:
         stopped([f"resume={run}"], step, act)
     train.main([f"resume={run}"])
-    assert_same_run(unbroken(kind), run)
+    assert_same_run(unbroken_kind(kind), run)
 
 
-def test_stopped_during_a_validation(unbroken: Unbroken, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stopped_during_a_validation(unbroken: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def stopping(*arguments: Any, **options: Any) -> EvaluationResult:
         interrupt()
         return evaluate(*arguments, **options)
@@ -111,12 +88,10 @@ def test_stopped_during_a_validation(unbroken: Unbroken, tmp_path: Path, monkeyp
     assert not (run / "validation.csv").exists()
     monkeypatch.undo()
     train.main([f"resume={run}"])
-    assert_same_run(unbroken("default"), run)
+    assert_same_run(unbroken, run)
 
 
-def test_stopped_during_the_test_at_the_end(
-    unbroken: Unbroken, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_stopped_during_the_test_at_the_end(unbroken: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def stopping(*_: object) -> None:
         raise KeyboardInterrupt
 
@@ -126,7 +101,7 @@ def test_stopped_during_the_test_at_the_end(
         train.main([*QUICK, f"run_dir={run}"])
     monkeypatch.undo()
     train.main([f"resume={run}"])
-    assert_same_run(unbroken("default"), run)
+    assert_same_run(unbroken, run)
 
 
 def test_killed_between_the_last_checkpoint_and_the_last_weights(
@@ -150,7 +125,7 @@ def test_killed_between_the_last_checkpoint_and_the_last_weights(
 
 
 def test_a_clock_that_was_set_back_changes_nothing(
-    unbroken: Unbroken, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    unbroken: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     run, now = tmp_path / "run", time.time()
     stopped([*QUICK, f"run_dir={run}"], 120)
@@ -165,7 +140,7 @@ def test_a_clock_that_was_set_back_changes_nothing(
             patch.setattr("asddpg.runs.run_folder.datetime", Back)
             stopped([f"resume={run}"], step, die)
     train.main([f"resume={run}"])
-    assert_same_run(unbroken("default"), run)
+    assert_same_run(unbroken, run)
 
 
 def test_what_was_recorded_and_kept_is_the_same(tmp_path: Path) -> None:
@@ -303,11 +278,11 @@ def test_other_options_are_refused_by_name(halfway: Path, argument: str, sentenc
     assert before == {path: path.read_bytes() for path in halfway.rglob("*") if path.is_file()}
 
 
-def test_the_same_option_again_is_no_mistake(unbroken: Unbroken, tmp_path: Path) -> None:
+def test_the_same_option_again_is_no_mistake(unbroken: Path, tmp_path: Path) -> None:
     run = tmp_path / "run"
     stopped([*QUICK, f"run_dir={run}"], 60)
     train.main([f"resume={run}", "seed=0", "network.widths=[16,16]", "checkpoint_every=30"])
-    assert (unbroken("default") / "metrics.csv").read_bytes() == (run / "metrics.csv").read_bytes()
+    assert (unbroken / "metrics.csv").read_bytes() == (run / "metrics.csv").read_bytes()
 
 
 @pytest.mark.parametrize(
@@ -320,9 +295,9 @@ def test_nothing_to_go_on_with(path: str, sentence: str, tmp_path: Path, monkeyp
     assert not list(tmp_path.iterdir())
 
 
-def test_a_finished_run_is_left_alone(unbroken: Unbroken) -> None:
+def test_a_finished_run_is_left_alone(unbroken: Path) -> None:
     with pytest.raises(UserError, match="is complete; total_steps= above 240 prolongs it"):
-        train.main([f"resume={unbroken('default')}"])
+        train.main([f"resume={unbroken}"])
 
 
 @pytest.mark.parametrize("is_over", [False, True])

@@ -20,17 +20,11 @@ from asddpg.errors import UserError
 from asddpg.runs.run_folder import RunFolder, read_training
 from asddpg.runs.safe_loading import LARGEST_CONFIG
 from asddpg.runs.weights_file import read as read_policy
+from tests.support.small_runs import Harmful
 from tools import diagnose, publish
 from tools.diagnosis.step_metrics import NEEDED
 
 ROOM = 2**20
-
-
-class Evil:
-    """Runs code where it is unpickled."""
-
-    def __reduce__(self) -> tuple[object, tuple[str]]:
-        return (exec, ("open('ran', 'w').close()",))
 
 
 CODE_OF_THEIRS = """\
@@ -82,21 +76,21 @@ Main = Callable[[list[str]], None]
 @programs
 def test_a_pickle_in_the_weights_place_is_not_run(run: RunFolder, main: Main, arguments: list[str]) -> None:
     for path in (run.checkpoint("last"), *run.snapshots()):
-        torch.save({"networks": Evil()}, path)
+        torch.save({"networks": Harmful()}, path)
     with pytest.raises(UserError, match="damaged or not a file of weights"):
         main(arguments)
     for path in (run.checkpoint("last"), *run.snapshots()):
-        path.write_bytes(pickle.dumps(Evil()))
+        path.write_bytes(pickle.dumps(Harmful()))
     with pytest.raises(UserError, match="damaged or not a file of weights"):
         main(arguments)
     assert not harm_done()
 
 
 def test_a_pickle_in_the_step_log_is_not_run(run: RunFolder) -> None:
-    write_steps(run, np.array([Evil()], dtype=object))
+    write_steps(run, np.array([Harmful()], dtype=object))
     with pytest.raises(UserError, match=r"steps.npz is damaged or not written by asddpg.train"):
         diagnose.main(["run=run", "episodes=1"])
-    run.steps.write_bytes(pickle.dumps(Evil()))
+    run.steps.write_bytes(pickle.dumps(Harmful()))
     with pytest.raises(UserError, match=r"steps.npz is damaged or not written by asddpg.train"):
         diagnose.main(["run=run", "episodes=1"])
     assert not harm_done()
@@ -107,7 +101,7 @@ def test_a_pickle_in_the_step_log_is_not_run(run: RunFolder) -> None:
     "line",
     [
         "seed: !!python/object/apply:builtins.exec [\"open('ran', 'w')\"]",
-        "seed: !!python/object/new:tests.asddpg.runs.test_safe_loading.Evil []",
+        "seed: !!python/object/new:tests.support.small_runs.Harmful []",
         "seed: !!python/module:theirs",
         "seed: !!python/name:theirs.Factory",
     ],

@@ -31,13 +31,6 @@ def wait_for_rows(run: Path, process: subprocess.Popen[str]) -> None:
         time.sleep(0.005)
 
 
-@pytest.fixture(scope="module")
-def unbroken(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    run = tmp_path_factory.mktemp("unbroken") / "run"
-    train.main([*QUICK, f"run_dir={run}"])
-    return run
-
-
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_keeps_everything(number: signal.Signals, status: int, unbroken: Path, tmp_path: Path) -> None:
     run = tmp_path / "run"

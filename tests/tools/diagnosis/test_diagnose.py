@@ -11,8 +11,8 @@ from PIL import Image
 from asddpg import train
 from asddpg.build import make_agent, make_environment
 from asddpg.errors import UserError
+from asddpg.observers.metrics_log import read_rows
 from asddpg.runs.run_folder import RunFolder, read_training
-from tests.asddpg.test_commands import read_rows
 from tests.conftest import TINY
 from tools import diagnose
 from tools.diagnose import list_weights

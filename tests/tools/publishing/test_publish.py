@@ -70,7 +70,7 @@ def test_a_published_policy_does_what_the_checkpoint_does(finished_run: RunFolde
     environment = make_environment(config.task, config.reward)
     trained, shipped = make_agent(config, environment), make_agent(config, environment)
     assert weights_file.load_into(finished_run.checkpoint("last"), trained.networks) == 300
-    assert open_trained("pretrained:mine").load_into(shipped) == 300
+    assert weights_file.load_into(open_trained("pretrained:mine").weights, shipped.networks) == 300
     policy = load_policy("mine")
     assert policy.step == 300
     for observation in np.random.default_rng(0).uniform(-1.0, 1.0, (200, 124)).astype(np.float32):

@@ -1,6 +1,5 @@
 """Pictures of recorded episodes: that they show the episode, and what is said where they cannot."""
 
-import dataclasses
 import itertools
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -35,7 +34,7 @@ STEPS = 12
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Two episodes in nav_complex, driven by policy and controller in turn, four steps each."""
     environment = environment_of("nav_complex")
-    settings = config_text(dataclasses.asdict(train_config(["task=nav_complex"])), {})
+    settings = config_text(train_config(["task=nav_complex"]), {})
     folder = tmp_path_factory.mktemp("recorded")
     facts = {"task": "nav_complex"}
     recorder = Recorder(
@@ -124,7 +123,7 @@ def test_a_sheet_of_a_folder_shows_how_each_ended(folder: Path, tmp_path: Path) 
 
 def test_a_recording_that_was_cut_off_is_shown_as_far_as_it_goes(tmp_path: Path) -> None:
     environment = environment_of("nav_complex")
-    settings = config_text(dataclasses.asdict(train_config(["task=nav_complex"])), {})
+    settings = config_text(train_config(["task=nav_complex"]), {})
     provenance = Provenance(settings, {"task": "nav_complex"})
     recorder = Recorder(tmp_path, navigation_env(environment), provenance, Selection(every_nth(1)), print)
     parts: list[bytes] = []

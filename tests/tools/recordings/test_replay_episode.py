@@ -1,6 +1,5 @@
 """Recorded episodes, run again as a user does."""
 
-import dataclasses
 import gzip
 import itertools
 import shutil
@@ -62,7 +61,7 @@ def test_an_episode_whose_goal_was_moved_happens_again(tmp_path: Path, capsys: p
     config = train_config(["task=nav_empty"])
     environment = make_environment(config.task, config.reward)
     inner = navigation_env(environment)
-    settings = config_text(dataclasses.asdict(config), {})
+    settings = config_text(config, {})
     facts = {"task": "nav_empty", "model_hash": environment_hash(environment)}
     recorder = Recorder(tmp_path, inner, Provenance(settings, facts), Selection(every_nth(1)), print)
     controller = controller_for(environment, config.controller)
