@@ -13,7 +13,7 @@ from PIL import Image
 from asddpg import play
 from asddpg.command_line import play_config
 from asddpg.episodes.loop import run_episode
-from asddpg.episodes.protocols import Callback, Episode
+from asddpg.episodes.protocols import Episode, Observer
 from asddpg.errors import UserError
 from asddpg.recording.files.reading import open_recording
 from tests.conftest import free_port
@@ -94,7 +94,7 @@ def test_three_episodes_are_driven_by_default() -> None:
 def test_ctrl_c_completes_the_recording(
     here: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    class Interrupting(Callback):
+    class Interrupting(Observer):
         def step(self, step: Any, learned: Any) -> None:
             raise KeyboardInterrupt
 
