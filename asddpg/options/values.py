@@ -58,7 +58,7 @@ def _read(text: str, kinds: tuple[Any, ...]) -> Any:
         if text.lower() not in _TRUTH:
             raise ValueError
         return _TRUTH[text.lower()]
-    if text[0] in "[{" or not text.isprintable():
+    if text[:1] in ("", "[", "{") or not text.isprintable():
         raise ValueError
     text = os.path.expanduser(text)
     return Path(text) if kind is Path else text
@@ -69,7 +69,7 @@ def _read_list(text: str, kinds: tuple[Any, ...]) -> list[Any]:
     if text.startswith("[") != text.endswith("]"):
         raise ValueError
     items = text.removeprefix("[").removesuffix("]")
-    return [_read(item, kinds) for item in items.split(",")] if items else []
+    return [_read(item.strip(), kinds) for item in items.split(",")] if items else []
 
 
 def _matching(form: re.Pattern[str], text: str) -> str:

@@ -15,7 +15,7 @@ from asddpg.command_line import GROUPS, evaluate_config, play_config, train_conf
 from asddpg.config import EvaluateConfig, PlayConfig, TrainConfig
 from asddpg.errors import UserError
 from asddpg.options.help_text import help_text
-from asddpg.options.parsing import parse_arguments, with_values
+from asddpg.options.parsing import label, parse_arguments, with_values
 from asddpg.options.values import read_value, write_value
 from tasks import ALL_TASKS, LaserConfig, NavigationConfig, Reward
 from tasks.errors import TaskError
@@ -66,7 +66,7 @@ def test_every_program_stands_in_the_reference() -> None:
     for program in PROGRAMS:
         assert f"## `{program}`" in reference
         for each in options_of(declaration(program)[1]):
-            assert each.name in reference
+            assert f"| `{label(each) if not each.is_named else each.name}` |" in reference
 
 
 def test_the_choices_of_groups_are_those_that_exist(
@@ -134,7 +134,9 @@ class ToolArguments:
 def test_arguments_are_read_by_place_and_by_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("b=c").touch()
-    parsed = parse_arguments(ToolArguments, ["~/a", "name=x=y", "b=c", "sizes=1,2e-3", "shape.flat=Yes", "count=1_000"])
+    parsed = parse_arguments(
+        ToolArguments, ["~/a", "name=x=y", "b=c", "sizes=[1, 2e-3]", "shape.flat=Yes", "count=1_000"]
+    )
     assert parsed == ToolArguments([Path.home() / "a", Path("b=c")], "x=y", 1000, [1.0, 0.002], flat=True)
     assert parse_arguments(ToolArguments, ["a", "name=1", "sizes=[]", "count=null"]).sizes == []
 
