@@ -157,6 +157,9 @@ def test_loss_equals_the_reference(seed: int, dtype: torch.dtype) -> None:
     q_taken = np.where(sigma == 1.0, q[:, POLICY], q[:, CONTROLLER])
     expected_critic = np.mean((y_a - reference.q_a(x, a)) ** 2)
     expected_switch = np.mean((y_q - q_taken) ** 2)
+    errors = np.abs(y_a - reference.q_a(x, a))
+    expected_errors = [errors[sigma == 1].mean(), errors[sigma == 0].mean()]
+    np.testing.assert_allclose(loss.td_errors.numpy(), expected_errors, rtol=1e-5)  # which needs no gradient
     assert loss.switch is not None
     np.testing.assert_allclose(loss.critic.item(), expected_critic, rtol=1e-5)
     np.testing.assert_allclose(loss.switch.item(), expected_switch, rtol=1e-5)

@@ -1,4 +1,4 @@
-"""What does not fit the machine is told before memory is taken."""
+"""What does not fit into memory is refused before it is allocated."""
 
 import os
 
@@ -15,7 +15,7 @@ RING = 4 * TransitionLayout.build(4, 2).width * 1_000_000  # bytes of a million 
 
 
 def check(patch: pytest.MonkeyPatch, *arguments: str) -> None:
-    """On a machine where one ring of a million transitions has room, and two have not."""
+    """On a machine whose memory holds one ring of a million transitions, and not two."""
     patch.setattr(os, "sysconf", {"SC_PHYS_PAGES": 3 * RING // 2, "SC_PAGE_SIZE": 1}.__getitem__)
     memory_check.check_memory(SHAPE, train_config(["agent.buffer_size=1000000", *arguments]).agent)
 
