@@ -39,9 +39,9 @@ def main(arguments: Sequence[str]) -> None:
     folder = unused_folder(setup.evaluation.parent / "evaluated_episodes")
     cameras = make_cameras(config.record, navigation_env(setup.environment))
     recorder = setup.recorder(config.record, folder, pairs_name, tqdm.write, cameras)
-    bar = EpisodeBar(len(pairs))
+    bar, driver = EpisodeBar(len(pairs)), setup.drivers[setup.name]
     try:
-        result = evaluate(setup.environment, setup.driver, pairs, task.control_timestep, (bar, recorder))
+        result = evaluate(setup.environment, driver, pairs, task.control_timestep, (bar, recorder))
     finally:
         recorder.close()
         bar.close()
