@@ -39,8 +39,9 @@ def main(arguments: Sequence[str]) -> None:
     folder = unused_folder(setup.evaluation.parent / "evaluated_episodes")
     cameras = make_cameras(config.record, navigation_env(setup.environment))
     recorder = setup.recorder(config.record, folder, pairs_name, tqdm.write, cameras)
+    driver, episodes = setup.drivers[setup.name], count_episodes(pairs)
     try:
-        result = evaluate(setup.environment, setup.driver, count_episodes(pairs), task.control_timestep, (recorder,))
+        result = evaluate(setup.environment, driver, episodes, task.control_timestep, (recorder,))
     finally:
         recorder.close()
     print(f"{setup.title}, {task.name}, {pairs_name}\n{table({setup.name: result})}")

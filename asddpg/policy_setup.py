@@ -42,11 +42,6 @@ class DriverSetup:
     checkpoint: Mapping[str, str]  # names of the weights, for recordings
     step: int = 0  # of training, at which the weights were saved
 
-    @property
-    def driver(self) -> FixedDriver:
-        """The chosen driver."""
-        return self.drivers[self.name]
-
     def recorder(
         self,
         record: RecordEvaluationConfig,

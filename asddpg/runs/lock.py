@@ -4,7 +4,7 @@ import fcntl
 import os
 import socket
 from pathlib import Path
-from typing import Self, TextIO
+from typing import Self
 
 from asddpg.errors import UserError
 
@@ -29,7 +29,8 @@ class RunLock:
         try:
             fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError as error:
-            owner = _owner(self._file)
+            self._file.seek(0)
+            owner = self._file.read().strip() or "another process"
             self._file.close()
             raise UserError(f"the run {run} is being written by {owner}; one process at a time may do so") from error
         self._file.truncate(0)
@@ -37,7 +38,7 @@ class RunLock:
         self._file.flush()
 
     def check(self) -> None:
-        """See that the lock is still ours.
+        """Check that the lock is still ours.
 
         Raises:
             UserError: its file is gone or another one, so that another process may write the run too.
@@ -55,8 +56,3 @@ class RunLock:
     def __exit__(self, *_: object) -> None:
         """Release the lock. The file stays: removing it would let two processes hold a lock each."""
         self._file.close()
-
-
-def _owner(file: TextIO) -> str:
-    file.seek(0)
-    return file.read().strip() or "another process"

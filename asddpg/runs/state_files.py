@@ -22,7 +22,7 @@ STATE, ARRAYS, SUMS = "state.json", "arrays.safetensors", "SHA256SUMS"
 # Keys of placeholders for arrays in the tree, and for a mapping that has such keys itself.
 _ARRAY, _TENSOR, _MAPPING = "array", "tensor", "mapping"
 _MARKERS = frozenset((_ARRAY, _TENSOR, _MAPPING))
-# Raised by files that have right checksums and yet were not written by write().
+# Raised by values of a wrong kind or size, in files that are whole and yet were not written by this program.
 INVALID = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RuntimeError, EOFError, MemoryError)
 
 

@@ -16,13 +16,12 @@ from torch import Tensor
 from asddpg.algorithm.networks import Networks, NetworkShape, branch_size
 from asddpg.atomic_write import write_whole
 from asddpg.errors import UserError
+from asddpg.runs.state_files import INVALID
 
 KEY, FORMAT = "asddpg_policy", 1
 _CRITIC = "critic"  # first part of the names of Q^A's weights: neither the policy nor the switch needs them
 _CRITIC_SHAPE = ("layer_norm", "twin_critics")  # fields of a shape that describe Q^A alone
 _MAX_OBSERVATION_SIZE = 10**6  # a hundred scans of 2000 beams are a fifth of it
-# Raised by header values of a wrong kind or size.
-_INVALID = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RuntimeError, MemoryError)
 
 
 class _Content(NamedTuple):
@@ -76,7 +75,7 @@ def read(path: Path) -> tuple[Networks, int, int]:
     try:
         with torch.random.fork_rng(devices=[]):  # building draws weights; the caller's generator stays as it is
             networks = Networks(content.shape, with_switch)
-    except _INVALID as error:
+    except INVALID as error:
         raise UserError(f"{path} is damaged: no network can be built as its header describes one") from error
     _fill(networks, content, path)
     return networks.requires_grad_(False), content.step, content.shape.observation_size
@@ -114,7 +113,7 @@ def _read(path: Path) -> _Content:
         if header["format"] != FORMAT:
             raise UserError(f"{path} is of format {header['format']}, and this version reads {FORMAT}")
         return _Content(weights, shape, int(header["step"]))
-    except (SafetensorError, OSError, *_INVALID) as error:
+    except (SafetensorError, OSError, *INVALID) as error:
         raise UserError(f"{path} is damaged or not a file of weights written by asddpg") from error
 
 

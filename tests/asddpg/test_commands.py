@@ -58,11 +58,18 @@ def test_best_is_where_validation_was_best(finished_run: Path) -> None:
     assert kept["best"] == int(best["step"])
 
 
-class NoNumber:
-    """A controller that gives what no robot can do."""
+class Spin:
+    """A controller that turns on the spot."""
 
-    def __init__(self, **_: object) -> None:
-        """Nothing to set."""
+    def __init__(self, gains: list[float], low: Action, high: Action) -> None:
+        self.action = np.array([low[0], high[1]], dtype=np.float32)
+
+    def act(self, observation: Observation) -> Action:
+        return self.action
+
+
+class NotFinite(Spin):
+    """A controller with actions that no robot can do."""
 
     def act(self, observation: Observation) -> Action:
         return np.full(2, np.nan, dtype=np.float32)
@@ -70,7 +77,7 @@ class NoNumber:
 
 @pytest.mark.parametrize("agent", ["asddpg", "ddpg"])
 @pytest.mark.parametrize(
-    ("kind", "sentence"), [("nowhere:No", "package.module"), (f"{__name__}:NoNumber", "2 numbers")]
+    ("kind", "sentence"), [("nowhere:No", "package.module"), (f"{__name__}:NotFinite", "2 numbers")]
 )
 def test_a_controller_is_tried_before_anything_is_made(
     agent: str, kind: str, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -142,17 +149,8 @@ def test_ddpg_never_uses_the_controller(tmp_path: Path) -> None:
 
 
 def test_a_controller_of_ones_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    (tmp_path / "my_robot.py").write_text(
-        "import numpy as np\n"
-        "class Spin:\n"
-        "    def __init__(self, gains, low, high):\n"
-        "        self.action = np.array([low[0], high[1]], dtype=np.float32)\n"
-        "    def act(self, observation):\n"
-        "        return self.action\n"
-    )
-    monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.chdir(tmp_path)
-    evaluate.main(["agent=controller", "controller.type=my_robot:Spin", "task=nav_empty", "episodes=1"])
+    evaluate.main(["agent=controller", f"controller.type={__name__}:Spin", "task=nav_empty", "episodes=1"])
     assert json.loads(Path("evaluation.json").read_text())["timeout_rate"]["value"] == 1.0
 
 
@@ -204,13 +202,8 @@ def test_invalid_arguments_are_one_sentence_and_create_nothing(
 
 
 def test_a_user_sees_a_sentence_and_status_2(tmp_path: Path) -> None:
-    done = subprocess.run(
-        [sys.executable, "-m", "asddpg.train", "task=nav_foo"],
-        cwd=tmp_path,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    command = [sys.executable, "-m", "asddpg.train", "task=nav_foo"]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 2
     assert done.stderr == f"error: there is no task 'nav_foo'; there are {', '.join(ALL_TASKS)}\n"
     assert not list(tmp_path.iterdir())

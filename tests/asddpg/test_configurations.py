@@ -3,7 +3,7 @@
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType
 
@@ -51,31 +51,16 @@ def check_refused(found: Ended) -> None:
     assert found.made == []
 
 
-@given(invalid_arguments(TrainConfig))
-@examples(150)
-def test_invalid_arguments_of_a_training_are_refused(arguments: list[str]) -> None:
-    check_refused(ended(train.main, arguments))
-
-
-@pytest.mark.parametrize(("program", "config"), [(evaluate, EvaluateConfig), (play, PlayConfig)])
-def test_invalid_arguments_of_a_program_that_drives_are_refused(program: ModuleType, config: type) -> None:
-    _refuses(program.main, config, examples(60))
-
-
-@pytest.mark.long
+@pytest.mark.parametrize("share", [0.2, pytest.param(1.0, marks=pytest.mark.long)])
 @pytest.mark.parametrize(
     ("program", "config", "count"),
     [(train, TrainConfig, 1000), (evaluate, EvaluateConfig, 300), (play, PlayConfig, 300)],
 )
-def test_many_invalid_arguments_are_refused(program: ModuleType, config: type, count: int) -> None:
-    _refuses(program.main, config, examples(count, fixed=False))
-
-
-def _refuses(main: Callable[[Sequence[str]], None], config: type, many: settings) -> None:
+def test_invalid_arguments_are_refused(program: ModuleType, config: type, count: int, share: float) -> None:
     @given(invalid_arguments(config))
-    @many
+    @examples(round(share * count), fixed=share < 1)
     def refuses(arguments: list[str]) -> None:
-        check_refused(ended(main, arguments))
+        check_refused(ended(program.main, arguments))
 
     refuses()
 
@@ -127,24 +112,16 @@ def contradicts_itself(arguments: Sequence[str]) -> bool:
     return False
 
 
-def _accepts(many: settings) -> None:
+@pytest.mark.parametrize("count", [15, pytest.param(200, marks=pytest.mark.long)])
+def test_valid_arguments_begin_a_training(count: int) -> None:
     @given(valid_arguments(widest=300, most_beams=300))
-    @many
+    @examples(count, fixed=count < 200)
     def accepts(arguments: list[str]) -> None:
         assume(not contradicts_itself(arguments))
         with pytest.raises(AcceptedError):
             ended(train.main, arguments)
 
     accepts()
-
-
-def test_valid_arguments_begin_a_training() -> None:
-    _accepts(examples(15))
-
-
-@pytest.mark.long
-def test_many_valid_arguments_begin_a_training() -> None:
-    _accepts(examples(200, fixed=False))
 
 
 @given(valid_arguments())

@@ -89,7 +89,8 @@ def assert_same_run(one: Path, other: Path) -> None:
     for name in ("metrics.csv", "validation.csv"):
         assert (one / name).read_bytes() == (other / name).read_bytes(), name
     assert json.loads((one / "test.json").read_text()) == json.loads((other / "test.json").read_text())
-    assert_same_steps(one / "steps.npz", other / "steps.npz")
+    with np.load(one / "steps.npz") as steps, np.load(other / "steps.npz") as others:
+        assert_same_tree(dict(steps), dict(others), "steps")
     names = sorted(str(path.relative_to(one)) for path in one.glob("checkpoints/*.safetensors"))
     assert names == sorted(str(path.relative_to(other)) for path in other.glob("checkpoints/*.safetensors"))
     for name in names:
@@ -101,13 +102,6 @@ def assert_same_run(one: Path, other: Path) -> None:
     assert scalars(one) == scalars(other)
 
 
-def assert_same_steps(one: Path, other: Path) -> None:
-    with np.load(one) as first, np.load(other) as second:
-        assert list(first) == list(second)
-        for name in first:
-            np.testing.assert_array_equal(first[name], second[name], name)
-
-
 def assert_same_recordings(one: Path, other: Path) -> None:
     """The same files with the same messages, but for an episode that `other` recorded up to where it was stopped."""
     cut = {path.name.removesuffix("_cut.mcap") for path in other.glob("*_cut.mcap")}
@@ -116,10 +110,10 @@ def assert_same_recordings(one: Path, other: Path) -> None:
     )
     assert names == others
     for name in names:
-        assert said_in(one / name) == said_in(other / name), name
+        assert messages_in(one / name) == messages_in(other / name), name
 
 
-def said_in(recording: Path) -> list[tuple[str, int, Any]]:
+def messages_in(recording: Path) -> list[tuple[str, int, Any]]:
     return [
         (topic, time, content if isinstance(content, dict) else content.SerializeToString(deterministic=True))
         for topic, time, content in open_recording(recording).messages()

@@ -1,6 +1,7 @@
-"""What does not fit the machine is told before memory is taken."""
+"""What does not fit into memory is refused before it is allocated."""
 
 import os
+from dataclasses import replace
 
 import pytest
 
@@ -14,16 +15,10 @@ SHAPE = NetworkShape(4, None, [0.0, -1.0], [1.0, 1.0], [8])
 RING = 4 * TransitionLayout.build(4, 2).width * 1_000_000  # bytes of a million transitions
 
 
-def check(patch: pytest.MonkeyPatch, *arguments: str) -> None:
-    """On a machine where one ring of a million transitions has room, and two have not."""
-    patch.setattr(os, "sysconf", {"SC_PHYS_PAGES": 3 * RING // 2, "SC_PAGE_SIZE": 1}.__getitem__)
-    memory_check.check_memory(SHAPE, train_config(["agent.buffer_size=1000000", *arguments]).agent)
-
-
-def test_one_replay_buffer_fits(monkeypatch: pytest.MonkeyPatch) -> None:
-    check(monkeypatch)
-
-
-def test_balanced_batches_need_two(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_balanced_batches_need_memory_for_two_rings(monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a machine whose memory holds one ring of a million transitions, and not two."""
+    monkeypatch.setattr(os, "sysconf", {"SC_PHYS_PAGES": 3 * RING // 2, "SC_PAGE_SIZE": 1}.__getitem__)
+    config = train_config(["agent.buffer_size=1000000"]).agent
+    memory_check.check_memory(SHAPE, config)
     with pytest.raises(UserError, match=r"replay buffer takes .* lower agent\.buffer_size"):
-        check(monkeypatch, "agent.balanced_batches=true")
+        memory_check.check_memory(SHAPE, replace(config, balanced_batches=True))

@@ -41,15 +41,10 @@ def test_three_steps_and_what_is_left_at_the_end(last_discount: float) -> None:
     np.testing.assert_allclose([out.discount for out in taken], discounts)
 
 
-def test_episodes_are_not_joined() -> None:
+def test_episodes_are_not_joined_whether_ended_or_cut() -> None:
     returns = NStepReturns(3, 0.9)
     assert len(returns.add(transition(0), is_last=True)) == 1
     assert returns.add(transition(5), is_last=False) == []
-
-
-def test_an_episode_cut_from_outside_is_not_joined_with_the_next() -> None:
-    returns = NStepReturns(3, 0.9)
-    returns.add(transition(0), is_last=False)
     returns.begin_episode()
     (only,) = returns.add(transition(7), is_last=True)
     assert only.observation[0] == 7.0

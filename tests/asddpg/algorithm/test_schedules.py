@@ -62,7 +62,7 @@ def test_once_withdrawn_the_actor_drives_every_step_though_the_switch_would_not(
     assert agent.decide(np.zeros(3, dtype=np.float32)).driver is Driver.CONTROLLER
     agent._withdrawal.is_alone = True
     assert agent.decide(np.zeros(3, dtype=np.float32)).driver is Driver.POLICY
-    # How the pair drives once trained is not a matter of the schedule.
+    # The schedule does not change how the switched policy drives once trained.
     assert agent.decide_greedily(np.zeros(3, dtype=np.float32)).driver is Driver.CONTROLLER
 
 

@@ -27,3 +27,9 @@ def unbroken_kind(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], P
 def unbroken(unbroken_kind: Callable[[str], Path]) -> Path:
     """An uninterrupted run with the default options."""
     return unbroken_kind("default")
+
+
+@pytest.fixture
+def run(tmp_path: Path) -> Path:
+    """The folder of a run, not made yet."""
+    return tmp_path / "run"

@@ -1,4 +1,4 @@
-"""A full disk, or a folder that cannot be written: a sentence, the checkpoints as they were, and on with room."""
+"""A full disk, or a folder that cannot be written: one sentence, whole training states, and a resume."""
 
 import errno
 import gc
@@ -44,7 +44,7 @@ WRITTEN = (
 @pytest.mark.filterwarnings("error")  # an exception in a thread, or in a destructor, is a warning
 @pytest.mark.skipif(not Path(FULL).exists(), reason="there is no /dev/full")
 @pytest.mark.parametrize("name", WRITTEN)
-def test_no_room_for_a_file(
+def test_no_disk_space_for_a_file(
     name: str, unbroken: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     run, path = tmp_path / "run", tmp_path / "run" / name
@@ -69,7 +69,9 @@ def test_no_room_for_a_file(
 
 
 @pytest.mark.parametrize("what", ["Path.write_text", "Path.write_bytes", "to_disk"])
-def test_no_room_for_a_checkpoint(what: str, unbroken: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_no_disk_space_for_a_training_state(
+    what: str, unbroken: Path, run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     def full(*_: object, **__: object) -> None:
         raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
 
@@ -80,7 +82,6 @@ def test_no_room_for_a_checkpoint(what: str, unbroken: Path, tmp_path: Path, mon
             monkeypatch.setattr(f"asddpg.runs.state_files.{what}", full)
         real(folder, tree)
 
-    run = tmp_path / "run"
     monkeypatch.setattr(state_files, "write", write)
     with pytest.raises(OSError, match="No space left on device: .*step_00000150") as caught:
         train.main([*QUICK, f"run_dir={run}"])
@@ -92,8 +93,7 @@ def test_no_room_for_a_checkpoint(what: str, unbroken: Path, tmp_path: Path, mon
     assert_same_run(unbroken, run)
 
 
-def test_a_file_in_the_way_of_the_checkpoints(unbroken: Path, tmp_path: Path) -> None:
-    run = tmp_path / "run"
+def test_a_file_in_the_way_of_the_checkpoints(unbroken: Path, run: Path) -> None:
     stopped([*QUICK, f"run_dir={run}"], 20, die)
     (run / "resume").touch()
     with pytest.raises(OSError, match="step_00000050"):
@@ -129,20 +129,20 @@ def mount(tmp_path: Path) -> Iterator[Mount]:
 
 
 def train_as_a_user(*arguments: str) -> tuple[int, str]:
-    """Exit status and what was said on stderr, without the progress bar."""
+    """Exit status and what was printed to stderr, without the progress bar."""
     done = subprocess.run(
         [sys.executable, "-m", "asddpg.train", *arguments], capture_output=True, text=True, check=False
     )
-    said = [line for line in done.stderr.splitlines() if "steps/s" not in line]
-    return done.returncode, "\n".join(said)
+    output = [line for line in done.stderr.splitlines() if "steps/s" not in line]
+    return done.returncode, "\n".join(output)
 
 
-@pytest.mark.parametrize("room", ["300k", pytest.param("100k", marks=pytest.mark.slow)])
-def test_a_disk_that_fills_up(room: str, unbroken: Path, mount: Mount) -> None:
-    run = mount("-t", "tmpfs", "-o", f"size={room}", "tmpfs") / "run"
-    status, said = train_as_a_user(*QUICK, f"run_dir={run}")
+@pytest.mark.parametrize("size", ["300k", pytest.param("100k", marks=pytest.mark.slow)])
+def test_a_disk_that_fills_up(size: str, unbroken: Path, mount: Mount) -> None:
+    run = mount("-t", "tmpfs", "-o", f"size={size}", "tmpfs") / "run"
+    status, output = train_as_a_user(*QUICK, f"run_dir={run}")
     assert status == 2
-    *recordings, hint, error = [line.strip() for line in said.splitlines() if line.strip()]
+    *recordings, hint, error = [line.strip() for line in output.splitlines() if line.strip()]
     assert all("is not recorded" in line for line in recordings)  # which stops nobody
     assert hint == f"the training can resume from its last training state: {python()} -m asddpg.train resume={run}"
     assert re.fullmatch(rf"error: {run}\S* cannot be read or written: No space left on device", error)
@@ -157,11 +157,11 @@ def test_a_disk_that_may_only_be_read(tmp_path: Path, mount: Mount) -> None:
     disk = mount("--bind", str(tmp_path / "all"))
     mount("-o", "remount,bind,ro")
     for arguments in ([f"resume={disk / 'run'}"], [*QUICK, f"run_dir={disk / 'other'}"]):
-        status, said = train_as_a_user(*arguments)
+        status, output = train_as_a_user(*arguments)
         assert status == 2
-        assert len(said.splitlines()) == 1
-        assert said.startswith("error: ")
-        assert "Read-only file system" in said
+        assert len(output.splitlines()) == 1
+        assert output.startswith("error: ")
+        assert "Read-only file system" in output
 
 
 def test_a_row_that_was_cut_does_not_hide_that_the_disk_is_full(tmp_path: Path) -> None:

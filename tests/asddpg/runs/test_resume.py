@@ -1,4 +1,4 @@
-"""A run that was stopped goes on as if it had not been, to the last bit."""
+"""A run that was stopped resumes as if it had not been, to the last bit."""
 
 import json
 import re
@@ -49,12 +49,9 @@ def test_the_unbroken_run_has_what_is_to_be_tested(unbroken: Path) -> None:
 
 @pytest.mark.parametrize("act", [interrupt, die])
 @pytest.mark.parametrize("place", ["before any checkpoint", "first", "middle", "last", "checkpoint", "end"])
-def test_stopped_anywhere_it_comes_out_the_same(
-    unbroken: Path, place: str, act: Callable[[], None], tmp_path: Path
-) -> None:
+def test_stopped_anywhere_it_comes_out_the_same(unbroken: Path, place: str, act: Callable[[], None], run: Path) -> None:
     third, fourth = ends_of_episodes(unbroken)[2:4]
     step = {"first": third + 1, "middle": fourth - 3, "last": fourth, "checkpoint": 100, "end": 240}.get(place, 30)
-    run = tmp_path / "run"
     status = stopped([*QUICK, f"run_dir={run}"], step, act)
     assert status == (130 if act is interrupt else -9)
     if act is interrupt:
@@ -75,12 +72,11 @@ def test_stopped_again_and_again_it_comes_out_the_same(
     assert_same_run(unbroken_kind(kind), run)
 
 
-def test_stopped_during_a_validation(unbroken: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stopped_during_a_validation(unbroken: Path, run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def stopping(*arguments: Any, **options: Any) -> EvaluationResult:
         interrupt()
         return evaluate(*arguments, **options)
 
-    run = tmp_path / "run"
     monkeypatch.setattr(training, "evaluate", stopping)
     with pytest.raises(SystemExit) as ended:
         train.main([*QUICK, f"run_dir={run}"])
@@ -91,11 +87,10 @@ def test_stopped_during_a_validation(unbroken: Path, tmp_path: Path, monkeypatch
     assert_same_run(unbroken, run)
 
 
-def test_stopped_during_the_test_at_the_end(unbroken: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_stopped_during_the_test_at_the_end(unbroken: Path, run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def stopping(*_: object) -> None:
         raise KeyboardInterrupt
 
-    run = tmp_path / "run"
     monkeypatch.setattr(train, "test", stopping)
     with pytest.raises(KeyboardInterrupt):
         train.main([*QUICK, f"run_dir={run}"])
@@ -104,9 +99,7 @@ def test_stopped_during_the_test_at_the_end(unbroken: Path, tmp_path: Path, monk
     assert_same_run(unbroken, run)
 
 
-def test_killed_between_the_last_checkpoint_and_the_last_weights(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_killed_between_the_last_checkpoint_and_the_last_weights(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     real = weights_file.save
 
     def save(path: Path, networks: Any, step: int) -> None:
@@ -114,7 +107,6 @@ def test_killed_between_the_last_checkpoint_and_the_last_weights(
             raise Died
         real(path, networks, step)
 
-    run = tmp_path / "run"
     monkeypatch.setattr(weights_file, "save", save)
     with pytest.raises(Died):
         train.main([*QUICK, "validation.every=0", f"run_dir={run}"])
@@ -153,12 +145,11 @@ def test_what_was_recorded_and_kept_is_the_same(tmp_path: Path) -> None:
     assert_same_recordings(tmp_path / "one/episodes", tmp_path / "other/episodes")
 
 
-# What may be asked for --------------------------------------------------------------------------------------------
+# Options of a resume ----------------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("is_over", [False, True])
-def test_total_steps_may_be_raised(is_over: bool, tmp_path: Path) -> None:
-    run = tmp_path / "run"
+def test_total_steps_may_be_raised(is_over: bool, run: Path) -> None:
     arguments = [*QUICK, "total_steps=230", "checkpoint_every=46", "validation.every=115"]  # with both at the very end
     if is_over:
         train.main([*arguments, f"run_dir={run}"])
@@ -187,9 +178,8 @@ def step_of_best(run: Path) -> int:
     return weights_file.read(run / "checkpoints/best.safetensors")[1]
 
 
-def test_the_best_weights_are_of_this_past_and_no_other(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_the_best_weights_are_of_this_past_and_no_other(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Weights that a validation after the checkpoint found best are of steps that are made otherwise."""
-    run = tmp_path / "run"
     rates = [0.5, 1.0]
 
     def rated(*arguments: Any, **options: Any) -> EvaluationResult:
@@ -204,8 +194,7 @@ def test_the_best_weights_are_of_this_past_and_no_other(tmp_path: Path, monkeypa
     assert step_of_best(run) == first
 
 
-def test_a_run_that_is_prolonged_keeps_what_it_had_come_to(tmp_path: Path) -> None:
-    run = tmp_path / "run"
+def test_a_run_that_is_prolonged_keeps_what_it_had_come_to(run: Path) -> None:
     train.main(
         [*QUICK, "checkpoint_every=40", "validation.every=80", f"run_dir={run}"]
     )  # both fall due in the last step
@@ -218,10 +207,9 @@ def test_a_run_that_is_prolonged_keeps_what_it_had_come_to(tmp_path: Path) -> No
     assert {path.name for path in run.glob("checkpoints/step_*")} >= names
 
 
-def test_a_run_that_goes_on_in_another_scene_says_so_for_ever(
-    halfway: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+def test_a_run_that_resumes_in_another_scene_records_it(
+    halfway: Path, run: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    run = tmp_path / "run"
     shutil.copytree(halfway, run)
     config = run / "config.yaml"
     config.write_text(re.sub("model_hash: .*", "model_hash: 0ld5cene", config.read_text()))
@@ -233,8 +221,7 @@ def test_a_run_that_goes_on_in_another_scene_says_so_for_ever(
     assert "resumed" in json.loads((run / "test.json").read_text())
 
 
-def test_a_folder_that_is_moved_while_it_is_written_ends_the_training(tmp_path: Path) -> None:
-    run = tmp_path / "run"
+def test_a_folder_that_is_moved_while_it_is_written_ends_the_training(run: Path, tmp_path: Path) -> None:
 
     def move() -> None:
         run.rename(tmp_path / "moved")
@@ -251,19 +238,17 @@ def halfway(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return run
 
 
+PAST = (
+    *("seed=5", "agent.n_steps=1", "record.every=7", "validation.every=7", "network.widths=[8,8]"),
+    *("run_dir=elsewhere", "agent=ddpg", "task=nav_empty", "reward=sparse"),
+)
+
+
 @pytest.mark.parametrize(
     ("argument", "sentence"),
     [
+        *((argument, f"{argument.split('=')[0]}= would change the past") for argument in PAST),
         ("total_steps=100", "raised, not lowered: it has 240"),
-        ("seed=5", "seed= would change the past"),
-        ("agent.n_steps=1", "agent.n_steps= would change the past"),
-        ("record.every=7", "record.every= would change the past"),
-        ("validation.every=7", "validation.every= would change the past"),
-        ("network.widths=[8,8]", "network.widths= would change the past"),
-        ("run_dir=elsewhere", "run_dir= would change the past"),
-        ("agent=ddpg", "agent= would change the past"),
-        ("task=nav_empty", "task= would change the past"),
-        ("reward=sparse", "reward= would change the past"),
         ("checkpoint_every=-1", "0 or more"),
         ("port=many", "port.*many"),
         ("totl_steps=5", "did you mean total_steps"),
@@ -278,8 +263,7 @@ def test_other_options_are_refused_by_name(halfway: Path, argument: str, sentenc
     assert before == {path: path.read_bytes() for path in halfway.rglob("*") if path.is_file()}
 
 
-def test_the_same_option_again_is_no_mistake(unbroken: Path, tmp_path: Path) -> None:
-    run = tmp_path / "run"
+def test_the_same_option_again_is_no_mistake(unbroken: Path, run: Path) -> None:
     stopped([*QUICK, f"run_dir={run}"], 60)
     train.main([f"resume={run}", "seed=0", "network.widths=[16,16]", "checkpoint_every=30"])
     assert (unbroken / "metrics.csv").read_bytes() == (run / "metrics.csv").read_bytes()
@@ -288,7 +272,9 @@ def test_the_same_option_again_is_no_mistake(unbroken: Path, tmp_path: Path) -> 
 @pytest.mark.parametrize(
     ("path", "sentence"), [("", "^nothing is not"), ("nowhere", "^nowhere is not"), (".", "is not")]
 )
-def test_nothing_to_go_on_with(path: str, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_only_the_folder_of_a_run_can_be_resumed(
+    path: str, sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.chdir(tmp_path)
     with pytest.raises(UserError, match=f"{sentence} the folder of a run"):
         train.main([f"resume={path}"])
@@ -301,9 +287,8 @@ def test_a_finished_run_is_left_alone(unbroken: Path) -> None:
 
 
 @pytest.mark.parametrize("is_over", [False, True])
-def test_without_its_checkpoints_a_run_is_not_begun_anew(is_over: bool, tmp_path: Path) -> None:
+def test_without_its_checkpoints_a_run_is_not_begun_anew(is_over: bool, run: Path, tmp_path: Path) -> None:
     """All that it holds would be lost."""
-    run = tmp_path / "run"
     if is_over:
         train.main([*QUICK, f"run_dir={run}"])
     else:
@@ -315,8 +300,7 @@ def test_without_its_checkpoints_a_run_is_not_begun_anew(is_over: bool, tmp_path
     assert (run / "metrics.csv").read_bytes() == logged
 
 
-def test_a_checkpoint_of_another_configuration(tmp_path: Path) -> None:
-    run = tmp_path / "run"
+def test_a_checkpoint_of_another_configuration(run: Path) -> None:
     stopped([*QUICK, f"run_dir={run}"], 60)
     config = yaml.safe_load((run / "config.yaml").read_text())
     for section, name, value in [("network", "widths", [8, 8]), ("agent", "buffer_size", 50), ("agent", "name", "x")]:
@@ -328,12 +312,11 @@ def test_a_checkpoint_of_another_configuration(tmp_path: Path) -> None:
 
 
 def test_an_error_of_a_resumed_training_is_not_blamed_on_the_checkpoint(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    run: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     def break_down() -> None:
         raise ValueError("of a controller of one's own")
 
-    run = tmp_path / "run"
     stopped([*QUICK, f"run_dir={run}"], 60)
     at_step(monkeypatch, 70, break_down)
     with pytest.raises(ValueError, match="of a controller of one's own"):

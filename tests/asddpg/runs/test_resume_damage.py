@@ -82,7 +82,7 @@ def test_a_damaged_file_is_recognised_and_nothing_of_it_runs(run: Path, name: st
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_right_checksums_do_not_make_it_a_checkpoint(run: Path, name: str) -> None:
+def test_right_checksums_do_not_make_a_training_state(run: Path, name: str) -> None:
     folder = run / "resume/step_00000135"
     for content in (pickle.dumps(Harmful()), b"[]", b"{}", b"\x93NUMPY" + bytes(200), bytes(8) + b"{}"):
         (folder / name).write_bytes(content)
@@ -97,16 +97,16 @@ def test_the_one_before_is_used_and_the_result_is_the_same(
 ) -> None:
     flip(run / "resume/step_00000135/arrays.safetensors")
     train.main([f"resume={run}"])
-    said = capsys.readouterr().out
+    output = capsys.readouterr().out
     assert (
         "note: the training state run/resume/step_00000135 is damaged: arrays.safetensors does not have the checksum"
-        in said
+        in output
     )
-    assert "resuming run at step 100 of 240" in said
+    assert "resuming run at step 100 of 240" in output
     assert_same_run(unbroken, run)
 
 
-def test_a_checkpoint_half_written_is_none(run: Path, unbroken: Path) -> None:
+def test_a_half_written_training_state_is_ignored(run: Path, unbroken: Path) -> None:
     """As a process leaves it that is killed while it writes."""
     shutil.copytree(run / "resume/step_00000135", run / "resume/step_00000150.part")
     (run / "resume/step_00000150.part/SHA256SUMS").unlink()
@@ -126,7 +126,7 @@ def test_both_damaged_is_one_sentence(run: Path) -> None:
     assert (run / "metrics.csv").read_bytes() == logged
 
 
-def test_a_whole_checkpoint_of_another_step_is_none(run: Path) -> None:
+def test_a_training_state_of_another_step_is_damaged(run: Path) -> None:
     shutil.rmtree(run / "resume/step_00000135")
     shutil.copytree(run / "resume/step_00000100", run / "resume/step_00000135")
     assert newest_step(run)[0] == 100
@@ -163,7 +163,7 @@ def test_a_log_damaged_before_both_is_a_sentence(run: Path, name: str, damage: s
 
 @pytest.mark.parametrize("damage", ["emptied", "one bit flipped", "removed"])
 @pytest.mark.parametrize("name", LOOKED_AT)
-def test_what_is_only_looked_at_may_be_gone(run: Path, unbroken: Path, name: str, damage: str) -> None:
+def test_logs_that_nothing_reads_back_may_be_gone(run: Path, unbroken: Path, name: str, damage: str) -> None:
     DAMAGES[damage](run / name)
     train.main([f"resume={run}"])
     assert (run / "metrics.csv").read_bytes() == (unbroken / "metrics.csv").read_bytes()
@@ -188,7 +188,7 @@ def test_a_run_that_is_being_written_is_refused(run: Path) -> None:
         train.main([f"resume={run}"])
 
 
-def test_the_lock_of_a_dead_process_is_none(run: Path) -> None:
+def test_the_lock_of_a_dead_process_is_free(run: Path) -> None:
     (run / "lock").write_text("process 1 on elsewhere\n")
     with RunLock(run):
         assert (run / "lock").read_text().startswith("process ")

@@ -1,4 +1,4 @@
-"""What a stranger's run or recording may not do: run code, lead elsewhere, tell of the environment, take all memory."""
+"""An untrusted run or recording may not run code, link elsewhere, read the environment or exhaust memory."""
 
 import os
 import pickle
@@ -24,10 +24,11 @@ from tests.support.small_runs import Harmful
 from tools import diagnose, publish
 from tools.diagnosis.step_metrics import NEEDED
 
-ROOM = 2**20
+NUM_BYTES = 2**20
 
 
-CODE_OF_THEIRS = """\
+HARMFUL = pickle.dumps(Harmful())
+FOREIGN_CODE = """\
 open("ran", "w").close()
 from asddpg.algorithm.controllers import ProportionalController as Factory
 """
@@ -35,11 +36,11 @@ from asddpg.algorithm.controllers import ProportionalController as Factory
 
 @pytest.fixture
 def run(tiny_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> RunFolder:
-    """A stranger's run, in the working folder, beside a module of his; both may do harm by leaving `ran` there."""
+    """An untrusted run in the working folder, beside a foreign module; harmful code leaves the file `ran` there."""
     shutil.copytree(tiny_run, tmp_path / "run")
-    (tmp_path / "theirs.py").write_text(CODE_OF_THEIRS)
+    (tmp_path / "foreign.py").write_text(FOREIGN_CODE)
     monkeypatch.syspath_prepend(tmp_path)
-    monkeypatch.delitem(sys.modules, "theirs", raising=False)
+    monkeypatch.delitem(sys.modules, "foreign", raising=False)
     monkeypatch.chdir(tmp_path)
     return RunFolder(Path("run"))
 
@@ -75,24 +76,21 @@ Main = Callable[[list[str]], None]
 
 @programs
 def test_a_pickle_in_the_weights_place_is_not_run(run: RunFolder, main: Main, arguments: list[str]) -> None:
-    for path in (run.checkpoint("last"), *run.snapshots()):
-        torch.save({"networks": Harmful()}, path)
-    with pytest.raises(UserError, match="damaged or not a file of weights"):
-        main(arguments)
-    for path in (run.checkpoint("last"), *run.snapshots()):
-        path.write_bytes(pickle.dumps(Harmful()))
-    with pytest.raises(UserError, match="damaged or not a file of weights"):
-        main(arguments)
+    writes = (lambda path: torch.save({"networks": Harmful()}, path), lambda path: path.write_bytes(HARMFUL))
+    for write in writes:
+        for path in (run.checkpoint("last"), *run.snapshots()):
+            write(path)
+        with pytest.raises(UserError, match="damaged or not a file of weights"):
+            main(arguments)
     assert not harm_done()
 
 
 def test_a_pickle_in_the_step_log_is_not_run(run: RunFolder) -> None:
-    write_steps(run, np.array([Harmful()], dtype=object))
-    with pytest.raises(UserError, match=r"steps.npz is damaged or not written by asddpg.train"):
-        diagnose.main(["run=run", "episodes=1"])
-    run.steps.write_bytes(pickle.dumps(Harmful()))
-    with pytest.raises(UserError, match=r"steps.npz is damaged or not written by asddpg.train"):
-        diagnose.main(["run=run", "episodes=1"])
+    objects = np.array([Harmful()], dtype=object)
+    for write in (lambda: write_steps(run, objects), lambda: run.steps.write_bytes(HARMFUL)):
+        write()
+        with pytest.raises(UserError, match=r"steps.npz is damaged or not written by asddpg.train"):
+            diagnose.main(["run=run", "episodes=1"])
     assert not harm_done()
 
 
@@ -102,8 +100,8 @@ def test_a_pickle_in_the_step_log_is_not_run(run: RunFolder) -> None:
     [
         "seed: !!python/object/apply:builtins.exec [\"open('ran', 'w')\"]",
         "seed: !!python/object/new:tests.support.small_runs.Harmful []",
-        "seed: !!python/module:theirs",
-        "seed: !!python/name:theirs.Factory",
+        "seed: !!python/module:foreign",
+        "seed: !!python/name:foreign.Factory",
     ],
 )
 def test_objects_of_python_in_yaml_are_not_made(run: RunFolder, main: Main, arguments: list[str], line: str) -> None:
@@ -114,30 +112,30 @@ def test_objects_of_python_in_yaml_are_not_made(run: RunFolder, main: Main, argu
 
 
 @programs
-def test_a_controller_of_theirs_runs_only_where_the_user_names_it(
+def test_a_foreign_controller_runs_only_where_the_user_names_it(
     run: RunFolder, main: Main, arguments: list[str]
 ) -> None:
-    changed(run, lambda values: values["controller"].update(type="theirs:Factory"))
-    with pytest.raises(UserError, match="controller.type=theirs:Factory"):
+    changed(run, lambda values: values["controller"].update(type="foreign:Factory"))
+    with pytest.raises(UserError, match="controller.type=foreign:Factory"):
         main(arguments)
-    with pytest.raises(UserError, match="controller.type=theirs:Factory"):
-        main([*arguments, "controller.type=theirs:Other"])
+    with pytest.raises(UserError, match="controller.type=foreign:Factory"):
+        main([*arguments, "controller.type=foreign:Other"])
     assert not harm_done()
-    main([*arguments, "controller.type=theirs:Factory"])
+    main([*arguments, "controller.type=foreign:Factory"])
     assert harm_done()
 
 
 @pytest.mark.usefixtures("run")
 def test_naming_a_controller_gives_no_run_another() -> None:
     with pytest.raises(UserError, match="a run brings its own controller"):
-        evaluate.main(["run=run", "controller.type=theirs:Factory"])
+        evaluate.main(["run=run", "controller.type=foreign:Factory"])
     assert not harm_done()
 
 
-def test_a_controller_of_theirs_is_not_published(run: RunFolder) -> None:
-    changed(run, lambda values: values["controller"].update(type="theirs:Factory"))
+def test_a_foreign_controller_is_not_published(run: RunFolder) -> None:
+    changed(run, lambda values: values["controller"].update(type="foreign:Factory"))
     with pytest.raises(UserError, match="is not shipped"):
-        publish.main(["run=run", "name=theirs"])
+        publish.main(["run=run", "name=foreign"])
     assert not harm_done()
 
 
@@ -169,7 +167,7 @@ def test_a_run_may_be_a_link_and_have_links_within(run: RunFolder) -> None:
     assert (run.path / "evaluation.json").exists()
 
 
-def test_a_run_stays_in_its_folder_wherever_its_configuration_says_it_lay(run: RunFolder) -> None:
+def test_a_run_stays_in_its_folder_whatever_its_configuration_holds(run: RunFolder) -> None:
     changed(run, lambda values: values.update(run_dir=os.path.abspath("elsewhere")))
     evaluate.main(["run=run", "episodes=1", "record.every=1"])
     assert not Path("elsewhere").exists()
@@ -178,12 +176,12 @@ def test_a_run_stays_in_its_folder_wherever_its_configuration_says_it_lay(run: R
 
 @pytest.mark.parametrize("value", ["${oc.env:SECRET}", "x${oc.env:SECRET}", "${oc.decode:1}", "${seed}", "???"])
 @pytest.mark.parametrize("name", ["name", "room"])
-def test_the_environment_is_not_told(run: RunFolder, value: str, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("SECRET", "told")
+def test_the_environment_is_not_read(run: RunFolder, value: str, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("SECRET", "leaked")
     changed(run, lambda values: values["agent" if name == "name" else "task"].update(name=value))
     with pytest.raises(UserError, match="is damaged or not written by") as caught:
         read_training(run.config)
-    assert "told" not in str(caught.value)
+    assert "leaked" not in str(caught.value)
 
 
 # Memory -------------------------------------------------------------------------------------------------------------
@@ -216,7 +214,7 @@ def test_a_configuration_without_end_is_refused(run: RunFolder) -> None:
         ("controller", "gains", [[1.0], [1.0]], "controller.gains"),
     ],
 )
-def test_numbers_beyond_all_measure_are_a_sentence(
+def test_enormous_numbers_are_one_sentence(
     run: RunFolder, main: Main, arguments: list[str], section: str, name: str, value: object, sentence: str
 ) -> None:
     changed(run, lambda values: values[section].update({name: value}))
@@ -225,9 +223,9 @@ def test_numbers_beyond_all_measure_are_a_sentence(
 
 
 def test_a_step_log_that_unpacks_without_end_is_not_unpacked(run: RunFolder, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("tools.diagnosis.step_metrics.MAX_UNPACKED_BYTES", ROOM)
-    write_steps(run, np.zeros(ROOM, dtype=np.float32))
-    assert run.steps.stat().st_size < ROOM / 10
+    monkeypatch.setattr("tools.diagnosis.step_metrics.MAX_UNPACKED_BYTES", NUM_BYTES)
+    write_steps(run, np.zeros(NUM_BYTES, dtype=np.float32))
+    assert run.steps.stat().st_size < NUM_BYTES / 10
     with pytest.raises(UserError, match=r"steps.npz is damaged"):
         diagnose.main(["run=run", "episodes=1"])
 

@@ -1,4 +1,4 @@
-"""Ctrl-C and SIGTERM finish the step, keep everything and say how to go on."""
+"""Ctrl-C and SIGTERM finish the step, save everything and print how to resume."""
 
 import math
 import os
@@ -32,31 +32,29 @@ def wait_for_rows(run: Path, process: subprocess.Popen[str]) -> None:
 
 
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
-def test_a_signal_keeps_everything(number: signal.Signals, status: int, unbroken: Path, tmp_path: Path) -> None:
-    run = tmp_path / "run"
+def test_a_signal_keeps_everything(number: signal.Signals, status: int, unbroken: Path, run: Path) -> None:
     arguments = [sys.executable, "-m", "asddpg.train", *QUICK, f"run_dir={run}"]
     process = subprocess.Popen(arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
     wait_for_rows(run, process)
     process.send_signal(number)
-    said = process.communicate(timeout=PATIENCE)[1]
+    output = process.communicate(timeout=PATIENCE)[1]
     assert process.returncode == status
-    assert "Traceback" not in said
+    assert "Traceback" not in output
     assert not list(run.rglob("*.part"))
     step = newest_state(run)["step"]
     assert 0 < step < 240
-    assert said.splitlines()[-1] == f"stopped after step {step}; to resume: {python()} -m asddpg.train resume={run}"
+    assert output.splitlines()[-1] == f"stopped after step {step}; to resume: {python()} -m asddpg.train resume={run}"
     train.main([f"resume={run}"])
     assert_same_run(unbroken, run)
 
 
 def test_a_second_signal_stops_at_once(
-    unbroken: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+    unbroken: Path, run: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def twice() -> None:
         interrupt()
         interrupt()
 
-    run = tmp_path / "run"
     with monkeypatch.context() as patch:
         at_step(patch, 125, twice)
         with pytest.raises(KeyboardInterrupt):
@@ -70,7 +68,7 @@ def test_a_second_signal_stops_at_once(
 
 
 def test_a_second_signal_while_a_checkpoint_is_written(
-    unbroken: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    unbroken: Path, run: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     real = TrainingStates.write
 
@@ -79,7 +77,6 @@ def test_a_second_signal_while_a_checkpoint_is_written(
             monkeypatch.setattr("asddpg.runs.state_files.to_disk", lambda _: interrupt())
         real(self, step, state)
 
-    run = tmp_path / "run"
     at_step(monkeypatch, 125, interrupt)
     monkeypatch.setattr(TrainingStates, "write", write)
     with pytest.raises(KeyboardInterrupt):
@@ -91,19 +88,18 @@ def test_a_second_signal_while_a_checkpoint_is_written(
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
-def test_who_is_told_twice_keeps_everything(number: signal.Signals, tmp_path: Path) -> None:
+def test_the_same_signal_twice_keeps_everything(number: signal.Signals, run: Path) -> None:
     """As a child of make is, or of a session that is ended."""
 
     def twice() -> None:
         os.kill(os.getpid(), number)
         os.kill(os.getpid(), signal.SIGTERM)
 
-    run = tmp_path / "run"
     assert stopped([*QUICK, f"run_dir={run}"], 125, twice) == 128 + number
     assert newest_state(run)["step"] == 125
 
 
-def test_a_paused_live_view_hears_a_signal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_signal_ends_a_paused_live_view(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     timers: list[threading.Timer] = []
 
     def paused(_: LiveView, __: float) -> float:
