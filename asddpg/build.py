@@ -101,16 +101,9 @@ def _network_shape(config: TrainConfig, environment: gymnasium.Env) -> NetworkSh
     (observation_size,) = environment.observation_space.shape
     network = config.network
     scan_shape = None if network.convolutions == "none" else getattr(environment.unwrapped, "scan_shape", None)
-    return NetworkShape(
-        observation_size,
-        scan_shape,
-        low.tolist(),
-        high.tolist(),
-        network.widths,
-        network.layer_norm,
-        config.agent.twin_critics,
-        network.convolutions == "shared",
-    )
+    spaces = (observation_size, scan_shape, low.tolist(), high.tolist())
+    is_shared = network.convolutions == "shared"
+    return NetworkShape(*spaces, network.widths, network.layer_norm, config.agent.twin_critics, is_shared)
 
 
 def make_agent(config: TrainConfig, environment: gymnasium.Env, weights: Path | None = None) -> AsDDPG:

@@ -1,9 +1,10 @@
-"""Episodes that are played."""
+"""Playing episodes."""
 
 import io
 import re
 import shutil
 import threading
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -110,15 +111,21 @@ def test_ctrl_c_completes_the_recording(
     assert "1 episode recorded in played_episodes" in capsys.readouterr().out
 
 
-def test_live_and_recorded_at_once(here: Path) -> None:
+def watched_play(*topics: str, arguments: Sequence[str] = ()) -> Viewer:
+    """A live play of one episode; returns its viewer at the end."""
     port = free_port()
-    arguments = ["agent=controller", "task=nav_empty", "seed=1", "episodes=1", "live=true", f"port={port}", "speed=0"]
-    thread = threading.Thread(target=play.main, args=(arguments,))
+    command = ["agent=controller", "task=nav_empty", "seed=1", "episodes=1", "live=true", f"port={port}", "speed=0"]
+    thread = threading.Thread(target=play.main, args=([*command, *arguments],))
     thread.start()
     with Viewer.when_served(port) as viewer:
-        viewer.watch("/step", "/outcome")
+        viewer.watch(*topics)
         viewer.until(lambda: viewer.of("/outcome") and viewer.of("/outcome")[-1]["outcome"] == "reached")
         thread.join()
+    return viewer
+
+
+def test_live_and_recorded_at_once(here: Path) -> None:
+    viewer = watched_play("/step", "/outcome")
     (path,) = (here / "played_episodes").iterdir()
     assert open_recording(path).outcome() == viewer.of("/outcome")[-1]
     recorded = [step["digest"] for step in open_recording(path).steps()]
@@ -129,17 +136,10 @@ def test_live_and_recorded_at_once(here: Path) -> None:
 
 @pytest.mark.parametrize("codec", ["jpeg", "h264"])
 def test_cameras_are_seen_live_too(here: Path, codec: str) -> None:
-    """As pictures that need none before them, whatever is recorded; with nothing recorded as well."""
-    port = free_port()
-    arguments = ["agent=controller", "task=nav_empty", "seed=1", "episodes=1", "live=true", f"port={port}", "speed=0"]
-    arguments += ["record.cameras=[chase]", "record.picture_size=[96,64]", f"record.codec={codec}"]
+    """As single pictures, whatever is recorded; with nothing recorded as well."""
+    arguments = ["record.cameras=[chase]", "record.picture_size=[96,64]", f"record.codec={codec}"]
     arguments += ["record.every=0"] if codec == "jpeg" else []
-    thread = threading.Thread(target=play.main, args=(arguments,))
-    thread.start()
-    with Viewer.when_served(port) as viewer:
-        viewer.watch("/camera/chase", "/step", "/outcome")
-        viewer.until(lambda: viewer.of("/outcome") and viewer.of("/outcome")[-1]["outcome"] == "reached")
-        thread.join()
+    viewer = watched_play("/camera/chase", "/step", "/outcome", arguments=arguments)
     pictures = viewer.of("/camera/chase")
     assert len(pictures) >= len(viewer.of("/step"))
     assert {picture.format for picture in pictures} == {"jpeg"}

@@ -23,12 +23,6 @@ def test_a_task_brings_reward_steps_and_twenty_validations(task: str, reward: st
     assert config.total_steps // config.validation.every == 20
 
 
-def test_options_override_presets() -> None:
-    config = train_config(["task=nav_empty", "agent=asddpg_paper", "total_steps=7", "controller.gains=[1,1]"])
-    assert config.total_steps == 7
-    assert config.controller.gains == [1.0, 1.0]
-
-
 def test_the_papers_agent_has_none_of_the_cures_and_the_released_constants() -> None:
     config = train_config(["task=nav_complex", "agent=asddpg_paper"])
     agent = config.agent

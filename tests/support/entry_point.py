@@ -1,8 +1,7 @@
-"""A program run in this process as from a shell: arguments in, status and stderr out."""
+"""Runs a program in this process as a shell does: arguments in, status and stderr out."""
 
 import contextlib
 import io
-import os
 import signal
 import sys
 import tempfile
@@ -26,13 +25,14 @@ class Ended(NamedTuple):
 def ended(main: Callable[[Sequence[str]], None], arguments: Sequence[str]) -> Ended:
     """Run a program to its end in a folder of its own, with a file and a folder that is not empty."""
     err = io.StringIO()
-    with _new_folder() as folder, _typed(arguments), contextlib.redirect_stderr(err):
-        status: object = 0
+    status: object = 0
+    with tempfile.TemporaryDirectory() as name, contextlib.chdir(name), _typed(arguments, err):
+        arranged(Path(name))
         try:
             run(main, "usage")
         except SystemExit as error:
             status = error.code
-        return Ended(status, err.getvalue(), made_in(folder))
+        return Ended(status, err.getvalue(), made_in(Path(name)))
 
 
 def arranged(folder: Path) -> None:
@@ -48,25 +48,13 @@ def made_in(folder: Path) -> list[str]:
 
 
 @contextlib.contextmanager
-def _typed(arguments: Sequence[str]) -> Iterator[None]:
+def _typed(arguments: Sequence[str], err: io.StringIO) -> Iterator[None]:
     """The arguments of a command line, in a shell's place; a program's handler of SIGTERM does not outlive it."""
     argv, handler = sys.argv, signal.getsignal(signal.SIGTERM)
     sys.argv = ["program", *arguments]
     try:
-        yield
+        with contextlib.redirect_stderr(err):
+            yield
     finally:
         sys.argv = argv
         signal.signal(signal.SIGTERM, handler)
-
-
-@contextlib.contextmanager
-def _new_folder() -> Iterator[Path]:
-    before = Path.cwd()
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
-        arranged(folder)
-        os.chdir(folder)
-        try:
-            yield folder
-        finally:
-            os.chdir(before)

@@ -43,10 +43,8 @@ CONTRADICTIONS = (
     "agent.balanced_batches=true agent.batch_size=1",
     *("record.cameras=[chase] record.every=0", "record.cameras=[nosuch]", "record.cameras=[chase,../chase]"),
     *("task.min_linear_velocity=0.5", "task.min_linear_velocity=0.3 task.max_linear_velocity=0.2"),
-    *(
-        "network.widths=[65536,65536,65536,65536]",
-        "task.num_scans=100 task.laser.num_beams=2000 agent.buffer_size=10000000",
-    ),
+    "network.widths=[65536,65536,65536,65536]",
+    "task.num_scans=100 task.laser.num_beams=2000 agent.buffer_size=10000000",
 )
 DRIVE = "agent=controller task=nav_empty"
 INVALID_DRIVERS = (

@@ -49,9 +49,8 @@ class Reference:
 
     def policy(self, x: F64) -> F64:
         w = self.weights
-        z = linear(
-            w, "policy_head.out", layers(w, "policy_head.hidden", features(w, "policy_features", x, self.scan_shape))
-        )
+        hidden = layers(w, "policy_head.hidden", features(w, "policy_features", x, self.scan_shape))
+        z = linear(w, "policy_head.out", hidden)
         sigmoid = self.low + (self.high - self.low) / (1.0 + np.exp(-z))
         tanh = (self.high + self.low) / 2 + (self.high - self.low) / 2 * np.tanh(z)
         return np.where(self.low == 0.0, sigmoid, tanh)

@@ -59,6 +59,11 @@ FAST: dict[str, Any] = {
 NOISE = ExplorationConfig(sigma=0.3, decay=0.0, final_scale=1.0)
 
 
+class Perfect:
+    def act(self, observation: Observation) -> Action:
+        return observation[:2]
+
+
 class Useless:
     def act(self, observation: Observation) -> Action:
         return LOW
@@ -173,10 +178,6 @@ def test_switch_drops_a_useless_controller() -> None:
 
 
 def test_switch_keeps_a_perfect_controller_while_the_policy_cannot() -> None:
-    class Perfect:
-        def act(self, observation: Observation) -> Action:
-            return observation[:2]
-
     agent = make_agent(Perfect())
     agent._policy_optimizer.param_groups[0]["lr"] = 0.0
     train(agent, 3000)

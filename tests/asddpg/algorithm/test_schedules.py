@@ -7,12 +7,7 @@ from asddpg.algorithm.schedules import Withdrawal
 from asddpg.config import WithdrawalConfig
 from asddpg.episodes.loop import run_episode
 from asddpg.episodes.protocols import Driver
-from tests.asddpg.algorithm.test_agent import Identity, make_agent
-
-
-class Perfect:
-    def act(self, observation: np.ndarray) -> np.ndarray:
-        return observation[:2]
+from tests.asddpg.algorithm.test_agent import Identity, Perfect, make_agent
 
 
 def schedule(stretch_steps: int = 0, first: float = 0.0, last: float = 1.0) -> Withdrawal:

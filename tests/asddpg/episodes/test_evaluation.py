@@ -32,6 +32,8 @@ def test_figures_of_known_episodes() -> None:
     # The second drove less than the grid's shortest path, which counts as no detour.
     assert result.spl.value == pytest.approx((2.0 / 4.0 + 1.0) / 4)
     assert result.controller_share == pytest.approx(40 / 380)
+    failed = summarize_episodes(EPISODES[2:], shortest_paths=[1.0, 3.0], control_timestep=0.2)
+    assert (failed.mean_time.value, failed.spl.value) == (None, 0.0)
 
 
 def test_a_noisy_laser_gives_the_same_figures_twice() -> None:
@@ -47,12 +49,6 @@ def test_a_noisy_laser_gives_the_same_figures_twice() -> None:
         environment = make_environment(config.task, config.reward)
         evaluate(environment, FixedDriver(by_scan), held_out_pairs("nav_simple", "test")[:2], 0.2)
     np.testing.assert_array_equal(seen[0], seen[1])
-
-
-def test_nothing_reached_has_no_time() -> None:
-    result = summarize_episodes(EPISODES[2:], shortest_paths=[1.0, 3.0], control_timestep=0.2)
-    assert result.mean_time.value is None
-    assert result.spl.value == 0.0
 
 
 def test_intervals_are_wilsons_and_students() -> None:

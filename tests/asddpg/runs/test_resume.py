@@ -6,7 +6,6 @@ import shutil
 import time
 from collections.abc import Callable
 from dataclasses import replace
-from datetime import datetime
 from pathlib import Path
 from typing import Any
 
@@ -116,21 +115,13 @@ def test_killed_between_the_last_checkpoint_and_the_last_weights(run: Path, monk
         assert weights_file.read(run / f"checkpoints/{name}.safetensors")[1] == 240
 
 
-def test_a_clock_that_was_set_back_changes_nothing(
-    unbroken: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    run, now = tmp_path / "run", time.time()
+def test_a_clock_that_was_set_back_changes_nothing(unbroken: Path, run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each resume happens years before the one before."""
+    now = time.time()
     stopped([*QUICK, f"run_dir={run}"], 120)
     for step in (130, 170, 240):
-
-        class Back(datetime):
-            """Years ago, and earlier with each resume."""
-
-        back = now - 1e7 * step
-        monkeypatch.setattr(time, "time", lambda back=back: back)
-        with monkeypatch.context() as patch:
-            patch.setattr("asddpg.runs.run_folder.datetime", Back)
-            stopped([f"resume={run}"], step, die)
+        monkeypatch.setattr(time, "time", lambda step=step: now - 1e7 * step)
+        stopped([f"resume={run}"], step, die)
     train.main([f"resume={run}"])
     assert_same_run(unbroken, run)
 
@@ -148,14 +139,25 @@ def test_what_was_recorded_and_kept_is_the_same(tmp_path: Path) -> None:
 # Options of a resume ----------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("is_over", [False, True])
-def test_total_steps_may_be_raised(is_over: bool, run: Path) -> None:
-    arguments = [*QUICK, "total_steps=230", "checkpoint_every=46", "validation.every=115"]  # with both at the very end
-    if is_over:
-        train.main([*arguments, f"run_dir={run}"])
+def begin(arguments: list[str], stop: int | None) -> None:
+    """Train to the end, or up to a step."""
+    if stop is None:
+        train.main(arguments)
     else:
-        stopped([*arguments, f"run_dir={run}"], 125)
+        stopped(arguments, stop)
+
+
+@pytest.mark.parametrize("is_over", [False, True])
+def test_total_steps_may_be_raised_and_earlier_results_stay(is_over: bool, run: Path) -> None:
+    arguments = [*QUICK, "total_steps=230", "checkpoint_every=46", "validation.every=115"]  # with both at the very end
+    begin([*arguments, f"run_dir={run}"], None if is_over else 125)
+    snapshots, validation = set(run.glob("checkpoints/step_*")), (run / "validation.csv").read_bytes()
+    tested = (run / "test.json").read_bytes() if is_over else b""
+    assert newest_state(run)["validations"] == 1 + is_over  # the one after the last step is not made again
     train.main([f"resume={run}", "total_steps=300"])
+    assert (run / "validation.csv").read_bytes().startswith(validation)
+    assert set(run.glob("checkpoints/step_*")) >= snapshots
+    assert not is_over or (run / "test_step_00000230.json").read_bytes() == tested
     rows = read_rows(run / "metrics.csv")
     assert sum(int(row["steps"]) for row in rows) == int(rows[-1]["step"]) == 300
     assert [int(row["episode"]) for row in rows] == list(range(1, len(rows) + 1))
@@ -194,19 +196,6 @@ def test_the_best_weights_are_of_this_past_and_no_other(run: Path, monkeypatch: 
     assert step_of_best(run) == first
 
 
-def test_a_run_that_is_prolonged_keeps_what_it_had_come_to(run: Path) -> None:
-    train.main(
-        [*QUICK, "checkpoint_every=40", "validation.every=80", f"run_dir={run}"]
-    )  # both fall due in the last step
-    tested, validated = (run / "test.json").read_bytes(), (run / "validation.csv").read_bytes()
-    names = {path.name for path in run.glob("checkpoints/step_*")}
-    assert newest_state(run)["validations"] == 3  # the one after the last step is not made again
-    train.main([f"resume={run}", "total_steps=300"])
-    assert (run / "test_step_00000240.json").read_bytes() == tested
-    assert (run / "validation.csv").read_bytes().startswith(validated)
-    assert {path.name for path in run.glob("checkpoints/step_*")} >= names
-
-
 def test_a_run_that_resumes_in_another_scene_records_it(
     halfway: Path, run: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -222,7 +211,6 @@ def test_a_run_that_resumes_in_another_scene_records_it(
 
 
 def test_a_folder_that_is_moved_while_it_is_written_ends_the_training(run: Path, tmp_path: Path) -> None:
-
     def move() -> None:
         run.rename(tmp_path / "moved")
 
@@ -287,12 +275,9 @@ def test_a_finished_run_is_left_alone(unbroken: Path) -> None:
 
 
 @pytest.mark.parametrize("is_over", [False, True])
-def test_without_its_checkpoints_a_run_is_not_begun_anew(is_over: bool, run: Path, tmp_path: Path) -> None:
+def test_a_run_without_its_training_states_is_not_restarted(is_over: bool, run: Path, tmp_path: Path) -> None:
     """All that it holds would be lost."""
-    if is_over:
-        train.main([*QUICK, f"run_dir={run}"])
-    else:
-        stopped([*QUICK, f"run_dir={run}"], 130)
+    begin([*QUICK, f"run_dir={run}"], None if is_over else 130)
     (run / "resume").rename(tmp_path / "resume")
     logged = (run / "metrics.csv").read_bytes()
     with pytest.raises(UserError, match="no training state in .* to resume from; nothing has been changed"):
@@ -300,15 +285,14 @@ def test_without_its_checkpoints_a_run_is_not_begun_anew(is_over: bool, run: Pat
     assert (run / "metrics.csv").read_bytes() == logged
 
 
-def test_a_checkpoint_of_another_configuration(run: Path) -> None:
+def test_a_training_state_of_another_configuration_is_refused(run: Path) -> None:
     stopped([*QUICK, f"run_dir={run}"], 60)
     config = yaml.safe_load((run / "config.yaml").read_text())
-    for section, name, value in [("network", "widths", [8, 8]), ("agent", "buffer_size", 50), ("agent", "name", "x")]:
+    for section, name, value in [("network", "widths", [8, 8]), ("agent", "buffer_size", 50)]:
         changed = config | {section: config[section] | {name: value}}
         (run / "config.yaml").write_text(yaml.safe_dump(changed))
-        if name != "name":  # which changes nothing
-            with pytest.raises(UserError, match=r"does not fit its config\.yaml"):
-                train.main([f"resume={run}"])
+        with pytest.raises(UserError, match=r"does not fit its config\.yaml"):
+            train.main([f"resume={run}"])
 
 
 def test_an_error_of_a_resumed_training_is_not_blamed_on_the_checkpoint(

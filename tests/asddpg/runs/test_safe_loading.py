@@ -232,11 +232,8 @@ def test_a_step_log_that_unpacks_without_end_is_not_unpacked(run: RunFolder, mon
 
 def test_a_policys_header_takes_no_memory_its_file_does_not_fill(tmp_path: Path) -> None:
     shape = '{"observation_size": 124, "scan_shape": %s, "action_low": [0, -1], "action_high": [1, 1], "widths": %s}'
-    for scan_shape, widths in (
-        ("null", "[60000, 60000, 60000]"),
-        ("[100000, 1000000]", "[9, 9]"),
-        ("[-1, -5]", "[9, 9]"),
-    ):
+    wide, narrow = "[60000, 60000, 60000]", "[9, 9]"
+    for scan_shape, widths in (("null", wide), ("[100000, 1000000]", narrow), ("[-1, -5]", narrow)):
         header = f'{{"format": 1, "step": 1, "shape": {shape % (scan_shape, widths)}}}'
         save_file({"policy": torch.zeros(3)}, tmp_path / "policy.safetensors", metadata={"asddpg_policy": header})
         with pytest.raises(UserError, match="damaged"):
