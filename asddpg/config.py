@@ -36,7 +36,7 @@ EPISODE_NUMBERS = Range(lambda numbers: all(number >= 1 for number in numbers), 
 OUTCOMES = some_of(*(str(outcome) for outcome in Outcome if outcome is not Outcome.RUNNING))
 MIN_BEAMS = 12  # of the convolutions, which halve a scan twice
 
-# Sentences that stand beside several options.
+# Sentences of several options.
 _DEVICE = "Where the networks are computed: cpu, cuda or cuda:<n>."
 _PORT = "Port of the WebSocket; 0 takes a free one."
 _EVERY = "Episodes from one recorded to the next; 1 records all, 0 none."
@@ -61,7 +61,7 @@ class NetworkConfig:
     layer_norm: bool = option(False, "Whether the critic branch normalises each hidden layer (Ba et al., 2016).")
     convolutions: str = option(
         "separate",
-        "Whose convolutions: each its own, the critic's for both, or none at all.",
+        "Convolutions of the scan: policy and critic each their own, the critic's for both, or none.",
         one_of("separate", "shared", "none"),
     )
 
@@ -167,7 +167,7 @@ class RecordConfig(PictureConfig):
     """Recordings of episodes for Foxglove, episodes/*.mcap in the run's folder. They change nothing that is learned."""
 
     every: int = option(50, _EVERY, NOT_NEGATIVE)
-    keep: int = option(200, "Recordings kept at most; the oldest go.", POSITIVE)
+    keep: int = option(200, "Recordings kept at most; older ones are deleted.", POSITIVE)
 
 
 @dataclass
@@ -175,7 +175,7 @@ class RecordEvaluationConfig(PictureConfig):
     """Recordings of the episodes for Foxglove, *.mcap in evaluated_episodes/ or played_episodes/."""
 
     every: int = option(0, _EVERY, NOT_NEGATIVE)
-    only: list[int] = option([], "Numbers of episodes that are recorded besides.", EPISODE_NUMBERS)
+    only: list[int] = option([], "Numbers of further episodes to record.", EPISODE_NUMBERS)
     outcomes: list[str] = option(
         [], "Outcomes whose recordings are kept; [] keeps all. Alone it means every=1.", OUTCOMES
     )
@@ -193,7 +193,7 @@ class TrainConfig:
     exploration: ExplorationConfig = field(default_factory=ExplorationConfig)
     validation: ValidationConfig = field(default_factory=ValidationConfig)
     record: RecordConfig = field(default_factory=RecordConfig)
-    seed: int = option(0, "Of every random stream of the run.", SEED)
+    seed: int = option(0, "Seed of all random streams of the run.", SEED)
     total_steps: int = option(100_000, "Control steps to train for.", POSITIVE)
     checkpoint_every: int = option(
         10_000, "Steps between two checkpoints, from which resume= goes on; 0 for the last alone.", NOT_NEGATIVE
@@ -204,7 +204,7 @@ class TrainConfig:
     live: bool = option(False, "Whether Foxglove can watch over a WebSocket; nothing that is learned changes.")
     port: int = option(8765, _PORT, PORT)
     speed: float = option(
-        0.0, "Simulated seconds a second while a viewer watches; 0 goes as fast as it can.", NOT_NEGATIVE
+        0.0, "Simulated seconds per second while a viewer watches; 0 is as fast as possible.", NOT_NEGATIVE
     )
 
 
@@ -214,7 +214,9 @@ class DriverConfig:
 
     run: str | None = option(None, "Folder of a run, or pretrained:<name>; null with agent=controller or agent=random.")
     checkpoint: str = option("last", "Checkpoint of a run's folder.", one_of("last", "best"))
-    driver: str = option("actor", "Of a run: its actor alone, or with its controller.", one_of("actor", "switch"))
+    driver: str = option(
+        "actor", "Driver of a run: its actor alone, or actor and controller by its switch.", one_of("actor", "switch")
+    )
     agent: str | None = option(None, "A baseline instead of a run: controller or random.")
     task: str | None = option(None, "The task to drive; null takes the run's.")
     controller: ControllerConfig = field(default_factory=ControllerConfig)
@@ -235,7 +237,9 @@ class PlayConfig(DriverConfig):
     """`python -m asddpg.play`."""
 
     driver: str = option(
-        "actor", "Of a run: its actor, both by its switch, or its controller.", one_of("actor", "switch", "controller")
+        "actor",
+        "Driver of a run: its actor, actor and controller by its switch, or its controller.",
+        one_of("actor", "switch", "controller"),
     )
     episodes: int | None = option(None, "Episodes to drive; null drives 3, and with live=true until Ctrl-C.", EPISODES)
     seed: int | None = option(None, "Of the starts and goals; null draws one, which is printed.", SEED)
@@ -244,7 +248,7 @@ class PlayConfig(DriverConfig):
     camera: str = option("chase", "Camera of the film: one of the scene, or free for the whole of it.")
     live: bool = option(False, "Whether Foxglove can watch and steer, over a WebSocket of this machine.")
     port: int = option(8765, _PORT, PORT)
-    speed: float = option(1.0, "Simulated seconds a second when live; 0 goes as fast as it can.", NOT_NEGATIVE)
+    speed: float = option(1.0, "Simulated seconds per second when live; 0 is as fast as possible.", NOT_NEGATIVE)
 
 
 def check(config: TrainConfig | EvaluateConfig | PlayConfig) -> None:

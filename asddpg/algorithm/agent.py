@@ -43,9 +43,9 @@ class AsDDPG:
         Args:
             networks: online networks, with a switch branch exactly if there is a controller.
             config: how to learn.
-            replay: R.
-            noise: ε.
-            controller: the training wheels; None makes this DDPG.
+            replay: the replay buffer R.
+            noise: exploration noise ε.
+            controller: assists; None makes this DDPG.
             withdrawal: when the actor drives alone.
             total_steps: of the training, over which the learning rates decay.
             smoothing_seed: of the noise on π' in y^A.
@@ -104,21 +104,21 @@ class AsDDPG:
     def _choose(self, observation: Observation, explore: bool) -> Decision:
         x = self._as_batch(observation)
         actor_action: Action = self.networks.policy(x)[0].cpu().numpy()
-        weighed: dict[str, Any] = {"actor_action": actor_action}
+        evaluated: dict[str, Any] = {"actor_action": actor_action}
         driver = Driver.POLICY
         if self.controller is not None and self.networks.switch is not None:
             value, q = self.networks.switch.value_and_q(self.networks.features(x))
             q_policy, q_controller = q[0].tolist()
             controller_action = self.controller.act(observation)
-            weighed |= {"q_policy": q_policy, "q_controller": q_controller, "value": value.item()}
-            weighed["controller_action"] = controller_action
+            evaluated |= {"q_policy": q_policy, "q_controller": q_controller, "value": value.item()}
+            evaluated["controller_action"] = controller_action
             if q_controller > q_policy and not (explore and self._withdrawal.is_alone):
-                return Decision(controller_action, Driver.CONTROLLER, **weighed)
+                return Decision(controller_action, Driver.CONTROLLER, **evaluated)
         if not explore:
-            return Decision(actor_action, driver, **weighed)
+            return Decision(actor_action, driver, **evaluated)
         noise = self._noise.sample()
         action = np.minimum(np.maximum(actor_action + noise, self._low), self._high)
-        return Decision(action, driver, noise=noise, **weighed)
+        return Decision(action, driver, noise=noise, **evaluated)
 
     def _as_batch(self, observation: Observation) -> Tensor:
         return torch.from_numpy(observation).to(self.device)[None]
@@ -194,7 +194,7 @@ class AsDDPG:
         self._critic_optimizer.param_groups[0]["lr"] = scale * self.config.critic_learning_rate
         self._policy_optimizer.param_groups[0]["lr"] = scale * self.config.actor_learning_rate
 
-    # Keeping ------------------------------------------------------------------------------------------------------
+    # Saving -------------------------------------------------------------------------------------------------------
 
     def state(self) -> dict[str, Any]:
         """All that the next steps depend on: an agent that restores it continues as this one, to the last bit."""

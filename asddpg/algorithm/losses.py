@@ -1,4 +1,4 @@
-"""The equations of the paper, in its letters. Shapes: B batch, O observation, A action."""
+"""The equations of the paper, in its notation. Shapes: B batch, O observation, A action."""
 
 from typing import NamedTuple
 
@@ -40,7 +40,7 @@ class TargetRule(NamedTuple):
     Attributes:
         gamma: γ.
         follow_switch: whether Q^A bootstraps from the switch's value and not from its own.
-        noise: of target smoothing, [B, A], in units of half an action's range; None for none.
+        noise: of target smoothing, [B, A], in units of half an action's range; None without smoothing.
     """
 
     gamma: float
@@ -53,7 +53,7 @@ def bellman_targets(batch: Batch, online: Networks, target: Networks, rule: Targ
     """Eq. 4, first two lines.
 
     y^A = r + γ Q^A'(x', π'(x')),  y^Q = r + γ Q'(x', argmax_σ Q(x', σ)): the online switch chooses, the target switch
-    rates (double DQN). After the end of an episode nothing is added; after a time limit everything is.
+    rates (double DQN). After the end of an episode nothing is added; after a time limit the value is.
 
     With `follow_switch`, y^A takes the value that y^Q takes. With twin critics Q^A' is the smaller of the two, and with
     `noise` π' is smoothed (TD3, Fujimoto et al., 2018).
@@ -114,7 +114,7 @@ def mean_by_driver(values: Tensor, by_policy: Tensor) -> Tensor:
 
 
 def policy_loss(batch: Batch, features: Tensor, online: Networks, imitation: float = 0.0) -> Tensor:
-    """Eq. 5: the policy climbs A(x, π(x)) = Q^A(x, π(x)) − V(x).
+    """Eq. 5: the policy ascends A(x, π(x)) = Q^A(x, π(x)) − V(x).
 
     V does not depend on the action, so ∇_a A = ∇_a Q^A and V need not be computed; tests compare the two gradients.
 
@@ -123,7 +123,7 @@ def policy_loss(batch: Batch, features: Tensor, online: Networks, imitation: flo
     improve itself either by imitating the external controller or by examining its own policy" (caption of Fig. 1).
 
     Args:
-        batch: transitions, of which x counts.
+        batch: transitions; only x and the controller's actions are used.
         features: the Critic-DQN's, of x, [B, F], without gradient: Eq. 5 trains the policy alone.
         online: the networks.
         imitation: weight of the distance; 0 leaves Eq. 5.
@@ -144,7 +144,7 @@ def policy_loss(batch: Batch, features: Tensor, online: Networks, imitation: flo
 def advantage(features: Tensor, action: Tensor, online: Networks) -> Tensor:
     """A(x, a) = Q^A(x, a) − V(x), [B], with V of the dueling switch branch (section IV-B)."""
     if online.switch is None:
-        raise ValueError("without a switch branch there is no V(x) to take the advantage over")
+        raise ValueError("without a switch branch there is no V(x), and so no advantage")
     value, _ = online.switch.value_and_q(features)
     q: Tensor = online.critic(features, action)
     return q - value

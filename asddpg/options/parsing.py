@@ -59,7 +59,7 @@ def find_option(argument: str, options: Mapping[str, Option], others: Sequence[s
     Args:
         argument: of a command line.
         options: by name.
-        others: names that may be meant besides.
+        others: further names to suggest.
 
     Raises:
         UserError: it is of another form, or there is no such option.

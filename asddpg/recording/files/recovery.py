@@ -28,7 +28,7 @@ def recover(source: Path, target: Path | None = None) -> tuple[CutEpisode, Path]
         raise UserError(f"{source} holds no whole step, so there is nothing to recover")
     if target is None and episode.outcome not in OUTCOMES:
         raise UserError(
-            f"{source} ended in {truncated_repr(episode.outcome)}, which is no outcome: name the new file besides"
+            f"{source} ended in {truncated_repr(episode.outcome)}, which is no outcome: give the new file a name"
         )
     target = target or _name_target(source, episode.outcome)
     if target.exists():

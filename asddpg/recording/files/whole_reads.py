@@ -1,4 +1,4 @@
-"""A file that returns all requested bytes or raises: mcap's reader takes half a message for a whole one."""
+"""A file that returns all requested bytes or raises: mcap's reader accepts a message that is cut off."""
 
 import os
 from typing import IO
