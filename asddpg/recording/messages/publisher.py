@@ -15,7 +15,7 @@ from asddpg.recording.messages.topics import CAMERA, CMD_VEL, GOAL, LOG, ODOM, O
 from asddpg.recording.samples import Sample
 
 STEPS_BETWEEN_PATHS = 2  # the whole path is published each time; within 2 steps the robot covers its end
-LONG_PATH = 100  # a longer one is published whenever it has grown by 1/100, or the total size of its messages would grow quadratically
+LONG_PATH = 100  # steps; a longer path is published at each 1 % of growth: all its messages together stay linear
 
 
 class Publisher:
