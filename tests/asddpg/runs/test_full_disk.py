@@ -125,6 +125,7 @@ def mount(tmp_path: Path) -> Iterator[Mount]:
 
     yield act
     if is_mounted:
+        gc.collect()  # a file that is still mapped keeps the disk busy
         subprocess.run(["umount", str(disk)], check=True)
 
 

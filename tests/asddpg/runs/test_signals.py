@@ -108,8 +108,8 @@ def test_a_signal_ends_a_paused_live_view(tmp_path: Path, monkeypatch: pytest.Mo
             timers[0].start()
         return math.inf
 
-    monkeypatch.setattr(LiveListener, "is_watched", True)
-    monkeypatch.setattr(LiveView, "_rest", paused)
+    monkeypatch.setattr(LiveListener, "has_viewers", True)
+    monkeypatch.setattr(LiveView, "_remaining", paused)
     with pytest.raises(SystemExit) as ended:
         train.main([*QUICK, "live=true", "port=0", f"run_dir={tmp_path / 'run'}"])
     assert ended.value.code == 130
