@@ -1,15 +1,14 @@
 """Recordings for tests, some with changed contents."""
 
-import json
+import gzip
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import pytest
+from mcap.records import Attachment, Channel, McapRecord, Message
 
 from asddpg import evaluate
-from asddpg.recording.files.contents import Contents, read_contents, write_contents
-from asddpg.recording.messages.topics import STEP
+from asddpg.recording.files.records import read_records, write_records
 
 
 def evaluated(folder: Path, *arguments: str) -> list[Path]:
@@ -21,23 +20,31 @@ def evaluated(folder: Path, *arguments: str) -> list[Path]:
     return sorted((folder / "evaluated_episodes").iterdir())
 
 
-def changed(path: Path, target: Path, change: Callable[[Contents], None]) -> Path:
-    """A recording with other contents."""
-    contents = read_contents(path)
-    change(contents)
-    write_contents(target, contents)
+def changed(path: Path, target: Path, change: Callable[[list[McapRecord]], object]) -> Path:
+    """A recording with other records."""
+    records = list(read_records(path))
+    change(records)
+    write_records(target, records)
     return target
 
 
-def with_steps(change: Callable[[dict[str, Any]], None]) -> Callable[[Contents], None]:
-    """A change of the messages of /step."""
+def with_messages(topic: str, change: Callable[[bytes], bytes]) -> Callable[[list[McapRecord]], None]:
+    """A change of the messages of a topic."""
 
-    def act(contents: Contents) -> None:
-        (number,) = (channel.id for channel in contents.channels.values() if channel.topic == STEP)
-        for message in contents.messages:
-            if message.channel_id == number:
-                step = json.loads(message.data)
-                change(step)
-                message.data = json.dumps(step).encode()
+    def act(records: list[McapRecord]) -> None:
+        numbers = {each.id for each in records if isinstance(each, Channel) and each.topic == topic}
+        for each in records:
+            if isinstance(each, Message) and each.channel_id in numbers:
+                each.data = change(each.data)
+
+    return act
+
+
+def with_config(change: Callable[[str], str]) -> Callable[[list[McapRecord]], None]:
+    """A change of the configuration in the attachment."""
+
+    def act(records: list[McapRecord]) -> None:
+        (attachment,) = (each for each in records if isinstance(each, Attachment))
+        attachment.data = gzip.compress(change(gzip.decompress(attachment.data).decode()).encode())
 
     return act

@@ -1,45 +1,26 @@
 """Reads recordings, complete and interrupted ones."""
 
 import json
-import struct
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any, NamedTuple, cast
+from typing import Any
 
-from google.protobuf.message import DecodeError
-from mcap.exceptions import McapError
-from mcap.records import Attachment, Channel, Chunk, McapRecord, Metadata, Schema
-from mcap.records import Message as McapMessage
-from mcap.stream_reader import StreamReader
-from mcap_protobuf.decoder import DecoderFactory
-from zstandard import ZstdError
+from mcap.records import Attachment, McapRecord, Message, Metadata
 
 from asddpg.errors import UserError
-from asddpg.recording.files.chunks import unpack_chunk, unpack_config
 from asddpg.recording.files.recording_file import CONFIG, METADATA, PART
-from asddpg.recording.files.whole_reads import WholeReads
+from asddpg.recording.files.records import DAMAGE, DecodedMessage, decode_messages, read_records
 from asddpg.recording.messages.topics import GOAL, OUTCOME, STEP
 
-# What reading a damaged file raises.
-DAMAGE = (
-    *(McapError, ZstdError, DecodeError, EOFError, struct.error, ValueError, LookupError, MemoryError),
-    *(TypeError, RecursionError, ArithmeticError),
-)
-
-
-class Message(NamedTuple):
-    """A message, decoded: a dict of JSON, or an object of protobuf."""
-
-    topic: str
-    time: int  # simulated ns
-    content: Any
+MAX_CONFIG = 10**6  # bytes, unpacked
+_GZIP = 16 + zlib.MAX_WBITS  # zlib then expects a gzip header
 
 
 @dataclass(frozen=True)
 class Recording:
-    """What a recording is of.
+    """An episode's recording.
 
     Attributes:
         path: its file.
@@ -72,7 +53,7 @@ class Recording:
             raise UserError(f"{self.path} has no {name}: it was made by another version")
         return place
 
-    def messages(self, *topics: str) -> Iterator[Message]:
+    def messages(self, *topics: str) -> Iterator[DecodedMessage]:
         """Messages in the order of writing; of some topics, or of all.
 
         Of an interrupted recording, all that are whole.
@@ -80,25 +61,8 @@ class Recording:
         Raises:
             UserError: the file is damaged.
         """
-        schemas: dict[int, Schema] = {}
-        channels: dict[int, tuple[str, Callable[[bytes], Any]]] = {}  # of the topics
-        for record in _records(self.path):
-            if isinstance(record, Schema):
-                schemas[record.id] = record
-            elif isinstance(record, Channel):
-                if not topics or record.topic in topics:
-                    channels[record.id] = record.topic, self._make_decoder(record, schemas.get(record.schema_id))
-            elif isinstance(record, McapMessage) and record.channel_id in channels:
-                topic, decode = channels[record.channel_id]
-                try:
-                    content = decode(record.data)
-                except DAMAGE as error:
-                    raise _damaged(self.path, error) from error
-                yield Message(topic, record.log_time, content)
-
-    def _make_decoder(self, channel: Channel, schema: Schema | None) -> Callable[[bytes], Any]:
         try:
-            return make_decoder(channel, schema)
+            yield from decode_messages(_read_records(self.path), topics)
         except DAMAGE as error:
             raise _damaged(self.path, error) from error
 
@@ -127,53 +91,30 @@ def open_recording(path: str | Path) -> Recording:
     """
     path = Path(path)
     facts: Mapping[str, str] | None = None
-    for record in _records(path):
+    for record in _read_records(path):
         if isinstance(record, Metadata) and record.name == METADATA:
             facts = record.metadata
         elif isinstance(record, Attachment) and record.name == CONFIG and facts is not None:
-            return Recording(path, facts, _unpack_config(record, path))
-        elif isinstance(record, McapMessage):
+            try:
+                return Recording(path, facts, _unpack_config(record.data))
+            except (zlib.error, ValueError) as error:
+                raise _damaged(path, error) from error
+        elif isinstance(record, Message):
             break
     raise UserError(f"{path} is a recording of another program: it does not begin with {METADATA} and {CONFIG}")
 
 
-def _unpack_config(attachment: Attachment, path: Path) -> str:
-    try:
-        return unpack_config(attachment.data)
-    except (EOFError, zlib.error, ValueError) as error:
-        raise _damaged(path, error) from error
+def _unpack_config(data: bytes) -> str:
+    unpacker = zlib.decompressobj(_GZIP)
+    text = unpacker.decompress(data, MAX_CONFIG)
+    if unpacker.unconsumed_tail:
+        raise ValueError(f"a configuration of more than {MAX_CONFIG} bytes")
+    if not unpacker.eof:
+        raise ValueError("its configuration ends too early")
+    return text.decode()
 
 
-def make_decoder(channel: Channel, schema: Schema | None) -> Callable[[bytes], Any]:
-    """A function that decodes a channel's messages.
-
-    Raises:
-        UserError: unknown encoding.
-    """
-    if channel.message_encoding == "json":
-        return json.loads
-    decoder = DecoderFactory().decoder_for(channel.message_encoding, schema)
-    if decoder is None:
-        raise UserError(
-            f"the topic {channel.topic} is in {channel.message_encoding}; only json and protobuf can be read"
-        )
-    return decoder
-
-
-def read_records(path: Path) -> Iterator[McapRecord]:
-    """All records of a file in turn, chunks unpacked.
-
-    Raises:
-        OSError: it cannot be read.
-        DAMAGE: it is damaged, or ends too early.
-    """
-    with path.open("rb") as file:
-        stream = StreamReader(cast(IO[bytes], WholeReads(file)), emit_chunks=True, validate_crcs=True)
-        for record in stream.records:
-            yield from unpack_chunk(record) if isinstance(record, Chunk) else [record]
-
-
-def _records(path: Path) -> Iterator[McapRecord]:
+def _read_records(path: Path) -> Iterator[McapRecord]:
     """All records of a file in turn; a part ends with its last whole record."""
     try:
         yield from read_records(path)

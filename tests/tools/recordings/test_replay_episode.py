@@ -1,12 +1,13 @@
-"""Recorded episodes, run again as a user does."""
+"""Recorded episodes, run again."""
 
-import gzip
 import itertools
+import json
 import shutil
 from pathlib import Path
 from typing import Any
 
 import pytest
+from mcap.records import McapRecord, Metadata
 
 from asddpg import train
 from asddpg.build import controller_for, make_environment, navigation_env
@@ -15,13 +16,13 @@ from asddpg.episodes.drivers import FixedDriver
 from asddpg.episodes.loop import run_episode
 from asddpg.episodes.protocols import Decision, Driver, Observation
 from asddpg.errors import UserError
-from asddpg.recording.files.contents import Contents
 from asddpg.recording.files.reading import open_recording
+from asddpg.recording.messages.topics import OUTCOME, STEP
 from asddpg.recording.recorder import Provenance, Recorder, Selection, every_nth
 from asddpg.runs.provenance import environment_hash
 from asddpg.runs.run_folder import config_text
 from tests.conftest import TINY
-from tests.support.recordings import changed, evaluated, with_steps
+from tests.support.recordings import changed, evaluated, with_config, with_messages
 from tools import replay_episode
 
 
@@ -78,55 +79,48 @@ def test_an_episode_whose_goal_was_moved_happens_again(tmp_path: Path, capsys: p
     assert open_recording(next(tmp_path.iterdir())).outcome()["outcome"] == "reached"
 
 
-def differing(capsys: pytest.CaptureFixture[str], path: Path) -> str:
-    with pytest.raises(SystemExit) as ended:
-        replay_episode.main([str(path)])
-    assert ended.value.code == 1
-    return capsys.readouterr().out
+def slower_in_step_7(data: bytes) -> bytes:
+    step = json.loads(data)
+    step["action"]["v"] = 0.25 if step["step"] == 7 else step["action"]["v"]
+    return json.dumps(step).encode()
 
 
-def test_the_first_step_that_differs_is_told(
-    tmp_path: Path, recording: Path, capsys: pytest.CaptureFixture[str]
+@pytest.mark.parametrize(
+    ("change", "difference"),
+    [
+        (with_messages(STEP, slower_in_step_7), "the first to differ is step 7"),
+        (with_messages(OUTCOME, lambda _: b'{"outcome": "timeout"}'), "in the end, timeout in the recording"),
+    ],
+)
+def test_the_first_difference_is_printed(
+    tmp_path: Path, recording: Path, capsys: pytest.CaptureFixture[str], change: Any, difference: str
 ) -> None:
-    def slower(step: dict[str, Any]) -> None:
-        step["action"]["v"] = 0.25 if step["step"] == 7 else step["action"]["v"]
-
-    path = changed(recording, tmp_path / "tampered.mcap", with_steps(slower))
-    assert "the first to differ is step 7" in differing(capsys, path)
-
-
-def test_another_outcome_is_told(tmp_path: Path, recording: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    def never_ended(contents: Contents) -> None:
-        for message in contents.messages:
-            for outcome in (b'"reached"', b'"crashed"'):
-                message.data = message.data.replace(outcome, b'"timeout"')
-
-    out = differing(capsys, changed(recording, tmp_path / "other.mcap", never_ended))
-    assert "in the end, timeout in the recording" in out
+    with pytest.raises(SystemExit) as ended:
+        replay_episode.main([str(changed(recording, tmp_path / "changed.mcap", change))])
+    assert ended.value.code == 1
+    assert difference in capsys.readouterr().out
 
 
-def test_what_cannot_be_run_again_is_a_sentence(tmp_path: Path, recording: Path) -> None:
-    def other_scene(contents: Contents) -> None:
-        contents.metadata[0].metadata["model_hash"] = "0" * 16
+def other_scene(records: list[McapRecord]) -> None:
+    (metadata,) = (each for each in records if isinstance(each, Metadata))
+    metadata.metadata["model_hash"] = "0" * 16
 
-    def other_task(contents: Contents) -> None:
-        config = gzip.decompress(contents.attachments[0].data)
-        contents.attachments[0].data = gzip.compress(config.replace(b"nav_gazebo", b"nav_cellar"))
 
-    def other_option(contents: Contents) -> None:
-        config = gzip.decompress(contents.attachments[0].data)
-        contents.attachments[0].data = gzip.compress(config.replace(b"goal_radius", b"goal_size"))
-
-    cases: list[tuple[Any, str]] = [
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
         (other_scene, "has changed since"),
-        (other_task, "names no task of this version: 'nav_cellar'"),
-        (other_option, "not a configuration of this version"),
-        (with_steps(lambda step: step.pop("digest")), "no digest"),
-    ]
-    for number, (change, sentence) in enumerate(cases):
-        path = changed(recording, tmp_path / f"{number}.mcap", change)
-        with pytest.raises(UserError, match=sentence):
-            replay_episode.main([str(path)])
+        (with_config(lambda text: text.replace("nav_gazebo", "nav_cellar")), "names no task of this version: 'nav_cel"),
+        (with_config(lambda text: text.replace("goal_radius", "goal_size")), "not a configuration of this version"),
+        (with_messages(STEP, lambda data: data.replace(b'"digest"', b'"other"')), "no digest"),
+    ],
+)
+def test_a_recording_of_another_version_is_refused_in_a_sentence(
+    tmp_path: Path, recording: Path, change: Any, sentence: str
+) -> None:
+    path = changed(recording, tmp_path / "other.mcap", change)
+    with pytest.raises(UserError, match=sentence):
+        replay_episode.main([str(path)])
 
 
 def test_one_damaged_file_does_not_stop_the_others(
