@@ -1,4 +1,4 @@
-"""What recording costs: CPU a step and room on the disk."""
+"""Costs of recording: CPU a step and disk space."""
 
 import tempfile
 import time
@@ -20,10 +20,12 @@ from tasks.room_geometry.held_out import Pair
 
 TASK = "nav_complex"
 PAIRS, ROUNDS = 20, 11
+MAX_CPU = 120  # µs a step
+MAX_EPISODE_KB, MAX_STEP_BYTES = 18, 450
 
 
 def recording() -> None:
-    """Print CPU a step with a recorder beyond that without, and how large recordings are."""
+    """Print CPU a step with a recorder beyond that without, and the size of recordings, each with its bar."""
     prepare_torch()
     trained = open_trained(f"pretrained:{TASK}")
     environment = make_environment(trained.config.task, trained.config.reward)
@@ -41,17 +43,14 @@ def recording() -> None:
             costs.append([cost for cost, _ in episodes])
             steps = [count for _, count in episodes]
         sizes = [(open_recording(path).outcome()["steps"], path.stat().st_size) for path in Path(folder).iterdir()]
-    own = np.median(costs[1:], axis=0) * 1e6  # of each episode, us
+    cpu = np.median(costs[1:], axis=0).sum() / sum(steps) * 1e6
+    counts, space = np.array(sizes, dtype=float).T
+    per_step, per_episode = np.polyfit(counts, space, 1)
+    share = np.max(space / (MAX_EPISODE_KB * 1000 + MAX_STEP_BYTES * counts))
+    print(f"{cpu:.0f} µs of CPU a step (bar: at most {MAX_CPU}), in episodes of {np.mean(steps):.0f} steps on average")
     print(
-        f"{sum(own) / sum(steps):.0f} us of CPU a step (bar: under 80), files and all, in episodes of "
-        f"{np.mean(steps):.0f} steps on average"
-    )
-    counts, room = np.array(sizes, dtype=float).T
-    per_step, per_episode = np.polyfit(counts, room, 1)
-    print(f"{per_episode / 1000:.2f} kB an episode and {per_step:.0f} bytes a step (bar: under 15 kB and 450 bytes)")
-    print(
-        f"{np.mean(room) / 1000:.1f} kB an episode of {np.mean(counts):.0f} steps on average; at the bar "
-        f"{(15_000 + 450 * np.mean(counts)) / 1000:.1f} kB"
+        f"{per_episode / 1000:.1f} kB an episode and {per_step:.0f} bytes a step "
+        f"(bars: {MAX_EPISODE_KB} kB, {MAX_STEP_BYTES} bytes; the largest file has {share:.2f} of its bar)"
     )
 
 
