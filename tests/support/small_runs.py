@@ -107,7 +107,7 @@ def assert_same_recordings(one: Path, other: Path) -> None:
 def said_in(recording: Path) -> list[tuple[str, int, Any]]:
     return [
         (topic, time, content if isinstance(content, dict) else content.SerializeToString(deterministic=True))
-        for topic, time, content in open_recording(recording).messages()
+        for topic, time, content, _ in open_recording(recording).messages()
     ]
 
 

@@ -23,7 +23,7 @@ from tasks.errors import TaskError
 from tests.asddpg.recording.test_recording import environment_of
 from tools import contact_sheet, episode_frame, episode_map, episode_plot
 from tools.drawing.map_view import MapView
-from tools.recordings.episode_paths import way_of
+from tools.recordings.driven_paths import read_path
 from tools.recordings.episode_signals import read_signals
 from tools.recordings.episode_states import EpisodeStates
 from tools.recordings.overlay import scan_points
@@ -173,7 +173,7 @@ def test_what_stands_at_a_place_is_seen_at_its_pixels(goal: tuple[float, float])
 
 
 def test_the_way_is_cut_where_the_driver_changes(file: str) -> None:
-    way = way_of(EpisodeStates(open_recording(file)))
+    way = read_path(EpisodeStates(open_recording(file)))
     assert [(driver, len(places)) for driver, places in way.stretches()] == [
         ("policy", 5),
         ("controller", 5),
