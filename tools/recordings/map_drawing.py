@@ -78,18 +78,19 @@ def _draw_ends(axes: Axes, path: DrivenPath) -> None:
     axes.annotate("", ahead, (x, y), arrowprops={"arrowstyle": "-|>", "color": "black", "linewidth": 1.5}, zorder=4)
     axes.scatter(x, y, zorder=5, **_START)
     _, colour, marker, size = _ENDS.get(path.outcome, _OTHER_END)
-    axes.scatter(*path.places[-1], s=size + 30, marker=marker, color=colour, edgecolors="white", linewidths=1, zorder=6)
+    end_x, end_y = path.places[-1]
+    axes.scatter(end_x, end_y, s=size + 30, marker=marker, color=colour, edgecolors="white", linewidths=1, zorder=6)
 
 
 def _label(axes: Axes, paths: Sequence[DrivenPath]) -> None:
     """Entries of the legend, for what is on the map."""
     drivers = {driver for path in paths for driver in path.drivers}
     for driver in sorted(drivers, key=[*DRIVER_COLOURS, *drivers].index):
-        colour = DRIVER_COLOURS.get(driver, OTHER_COLOUR)
-        axes.plot([], [], color=colour, linewidth=2.4, label=f"driven by the {driver}")
+        line = {"color": DRIVER_COLOURS.get(driver, OTHER_COLOUR), "linewidth": 2.4}
+        axes.plot([], [], label=f"driven by the {driver}", **line)
     axes.scatter([], [], label="start", **_START)
     goal = "goal (number: episode)" if len(paths) > 1 else "goal"
-    axes.scatter([], [], label=goal, **_START | {"s": 110, "color": _GOAL_FILL, "edgecolors": GREEN})
+    axes.scatter([], [], label=goal, **{**_START, "s": 110, "color": _GOAL_FILL, "edgecolors": GREEN})
     for outcome in dict.fromkeys(path.outcome for path in paths):
         name, colour, marker, size = _ENDS.get(outcome, _OTHER_END)
         count = f": {sum(path.outcome == outcome for path in paths)}" if len(paths) > 1 else ""

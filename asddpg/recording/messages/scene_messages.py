@@ -25,7 +25,7 @@ Point = tuple[float, float]  # x, y in metres, world frame
 
 
 def scene_message(model: Any) -> bytes:
-    """/scene of a compiled model: all in one message, an entity a body, fixed to its frame, so that only /tf moves it."""
+    """/scene of a compiled model: one message, an entity a body, fixed to its frame, so that only /tf moves it."""
     by_body: dict[tuple[str, str], list[Part]] = defaultdict(list)
     for part in scene_parts(model):
         by_body[part.owner, part.frame].append(part)
