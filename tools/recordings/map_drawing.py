@@ -86,7 +86,7 @@ def _label(axes: Axes, paths: Sequence[DrivenPath]) -> None:
     """Entries of the legend, for what is on the map."""
     drivers = {driver for path in paths for driver in path.drivers}
     for driver in sorted(drivers, key=[*DRIVER_COLOURS, *drivers].index):
-        line = {"color": DRIVER_COLOURS.get(driver, OTHER_COLOUR), "linewidth": 2.4}
+        line: dict[str, Any] = {"color": DRIVER_COLOURS.get(driver, OTHER_COLOUR), "linewidth": 2.4}
         axes.plot([], [], label=f"driven by the {driver}", **line)
     axes.scatter([], [], label="start", **_START)
     goal = "goal (number: episode)" if len(paths) > 1 else "goal"
