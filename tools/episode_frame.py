@@ -17,7 +17,7 @@ from asddpg.recording.pictures.caption import captioned
 from tasks.graphics.headless import mujoco
 from tasks.options import NOT_NEGATIVE, argument, between, option, some_of
 from tools.drawing.picture_file import PICTURE_FILE, PICTURE_SIZE, open_renderer, picture_size, write
-from tools.recordings.episode_states import EpisodeStates, StepRecord
+from tools.recordings.episode_states import EpisodeStates
 from tools.recordings.files import open_single
 from tools.recordings.overlay import Place, Stretch, draw_path, draw_scan, scan_points
 
@@ -52,7 +52,9 @@ def main(arguments: Sequence[str]) -> None:
     recording = open_single(parsed.recording)
     states = EpisodeStates(recording)
     count = _count(parsed, states)
-    step, path = _run_to(count, states)
+    places: list[Place] = []
+    step = states.go_to(count, lambda: places.append(states.physics.pose()[:2]))
+    path = [(each["driver"], places[index : index + 2]) for index, each in enumerate(states.steps[:count])]
     renderer = open_renderer(states.physics.model.ptr, *picture_size(parsed.size))
     try:
         picture = renderer.render(
@@ -64,18 +66,6 @@ def main(arguments: Sequence[str]) -> None:
     if parsed.caption:
         image = captioned(image, *states.caption(count, step))
     write(image, parsed.file or Path(f"{recording.path.stem}_{parsed.camera}_{count}.png"))
-
-
-def _run_to(count: int, states: EpisodeStates) -> tuple[StepRecord | None, list[Stretch]]:
-    """Run the episode up to the end of that many steps; gives the last of them, and the path."""
-    places: list[Place] = []
-    for reached, step in states:
-        places.append(states.physics.pose()[:2])
-        if reached == count:
-            return step, [
-                (each["driver"], places[index : index + 2]) for index, each in enumerate(states.steps[:count])
-            ]
-    raise UserError(states.no_such_step(count))
 
 
 def _decorate(scene: mujoco.MjvScene, overlays: Sequence[str], states: EpisodeStates, path: Sequence[Stretch]) -> None:

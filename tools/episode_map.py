@@ -1,6 +1,6 @@
-"""The way of recorded episodes on a map of their room: `python -m tools.episode_map FILE…`.
+"""The paths of recorded episodes on a map of their room: `python -m tools.episode_map FILE…`.
 
-The room is rendered from straight above without perspective, so that the way lies exactly where it was driven.
+The room is rendered from straight above without perspective, so that the path lies exactly where it was driven.
 """
 
 from collections.abc import Sequence
@@ -19,7 +19,7 @@ from tasks.room_geometry.obstacles import Obstacles
 from tools.drawing.map_view import MapView, fit_view
 from tools.drawing.matplotlib_check import check_matplotlib
 from tools.drawing.picture_file import PNG_FILE
-from tools.recordings.episode_paths import Way, way_of
+from tools.recordings.driven_paths import DrivenPath, read_path
 from tools.recordings.episode_states import EpisodeStates
 from tools.recordings.files import files_named
 
@@ -44,23 +44,23 @@ def main(arguments: Sequence[str]) -> None:
         raise UserError(f"a map shows {MAX_EPISODES} episodes at most; {len(files)} are named")
     file = parsed.file or Path(f"{files[0].stem}_map.png")
     check_matplotlib()
-    ways, view, picture, task = _seen(files, parsed.size)
+    paths, view, picture, task = _run_again(files, parsed.size)
     from tools.recordings.map_drawing import draw_map  # only here: -h and wrong arguments need no matplotlib
 
-    draw_map(ways, view, picture, task, file)
+    draw_map(paths, view, picture, task, file)
     print(f"written to {file}")
 
 
-def _seen(files: Sequence[Path], size: int) -> tuple[list[Way], MapView, Picture, str]:
-    """The ways, and their room from above: as the episode left it or, of several, as the first one found it."""
-    ways: list[Way] = []
+def _run_again(files: Sequence[Path], size: int) -> tuple[list[DrivenPath], MapView, Picture, str]:
+    """The paths, and their room from above: as the episode left it or, of several, as the first one found it."""
+    paths: list[DrivenPath] = []
     tasks = set()
     for file in files:
         states = EpisodeStates(open_recording(file))
         tasks.add(states.config.task.name)
         if len(tasks) > 1:
             raise UserError(f"a map is of one room, and the recordings are of {' and '.join(sorted(tasks))}")
-        ways.append(way_of(states))
+        paths.append(read_path(states))
         if file == files[0]:
             if len(files) > 1:
                 states.go_to(0)
@@ -69,7 +69,7 @@ def _seen(files: Sequence[Path], size: int) -> tuple[list[Way], MapView, Picture
             mujoco.mj_copyData(data, model, states.physics.data.ptr)
     _put_away(model, data, with_robot=len(files) > 1)
     view = fit_view(Obstacles.from_model(model))
-    return ways, view, view.render(model, data, size / max(view.width, view.height)), tasks.pop()
+    return paths, view, view.render(model, data, size / max(view.width, view.height)), tasks.pop()
 
 
 def _put_away(model: mujoco.MjModel, data: mujoco.MjData, with_robot: bool) -> None:

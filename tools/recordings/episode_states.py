@@ -2,7 +2,7 @@
 
 import functools
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 import gymnasium
@@ -62,19 +62,14 @@ class EpisodeStates:
         """The scene, as it stands."""
         return self.environment.physics
 
-    @property
-    def title(self) -> str:
-        """Which episode this is."""
-        facts = self.recording.facts
-        return f"{facts['task']}, episode {int(facts['episode'])}"
-
     def time(self, count: int) -> float:
         """Simulated seconds after so many steps."""
         return count * self.config.task.control_timestep
 
     def caption(self, count: int, step: StepRecord | None) -> tuple[str, Colour | None]:
         """A line on the state after so many steps, and the colour of the driver or the outcome."""
-        text = f"{self.title} · step {count}, {self.time(count):.1f} s"
+        facts = self.recording.facts
+        text = f"{facts['task']}, episode {int(facts['episode'])} · step {count}, {self.time(count):.1f} s"
         if count == len(self.steps):
             return f"{text} · {self.outcome}", OUTCOME_COLOURS.get(self.outcome)
         if step is None:
@@ -121,17 +116,14 @@ class EpisodeStates:
             path = self.recording.path
             raise UserError(f"step {number} of {path} has no action (v, omega) or no digest") from error
 
-    def go_to(self, count: int) -> StepRecord | None:
-        """Run up to the end of that many steps, and return the last of them."""
+    def go_to(self, count: int, on_state: Callable[[], object] = lambda: None) -> StepRecord | None:
+        """Run up to the end of that many steps, calling `on_state` in each state, and return the last step."""
         for reached, step in self:
+            on_state()
             if reached == count:
                 return step
-        raise UserError(self.no_such_step(count))
-
-    def no_such_step(self, count: int) -> str:
-        """That the episode is shorter, in a sentence."""
         length = f"{len(self.steps)} steps, {self.time(len(self.steps)):.1f} s"
-        return f"the episode in {self.recording.path} has {length}; there is no step {count}"
+        raise UserError(f"the episode in {self.recording.path} has {length}; there is no step {count}")
 
 
 @functools.lru_cache(maxsize=1)  # the episodes of a folder are of one room, and opening the office takes a second

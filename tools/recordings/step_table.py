@@ -1,7 +1,8 @@
 """/step of recordings as one table: a row a step, what is nested side by side."""
 
 import csv
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
+from importlib import import_module
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -66,23 +67,13 @@ def _write_csv(path: Path, columns: Sequence[str], rows: Sequence[Row]) -> None:
 
 def _write_parquet(path: Path, columns: Sequence[str], rows: Sequence[Row]) -> None:
     arrow, parquet = _pyarrow("pyarrow"), _pyarrow("pyarrow.parquet")
-    arrays = [arrow.array(values) for values in _columns(columns, rows)]
+    arrays = [arrow.array([row.get(name) for row in rows]) for name in columns]
     # A column without a value has no type of its own, which other programs cannot read.
     arrays = [array.cast(arrow.float64()) if arrow.types.is_null(array.type) else array for array in arrays]
     parquet.write_table(arrow.table(arrays, names=list(columns)), str(path))
 
 
-def _columns(columns: Sequence[str], rows: Sequence[Row]) -> Iterator[list[Any]]:
-    for name in columns:
-        values = [row.get(name) for row in rows]
-        # JSON writes 1.0 and 1 alike in places: one fraction makes a column of fractions.
-        has_fraction = any(isinstance(value, float) for value in values)
-        yield [float(value) if isinstance(value, int) else value for value in values] if has_fraction else values
-
-
 def _pyarrow(name: str) -> ModuleType:
-    from importlib import import_module
-
     try:
         return import_module(name)
     except ImportError as error:

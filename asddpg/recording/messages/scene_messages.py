@@ -24,41 +24,29 @@ from tasks.scene.shapes import Part, Shape, scene_parts
 Point = tuple[float, float]  # x, y in metres, world frame
 
 
-def scene_update(parts: Sequence[Part]) -> SceneUpdate:
-    """All parts in one message, an entity for each body, fixed to its frame: only /tf moves them."""
-    by_body: dict[tuple[str, str], list[Part]] = defaultdict(list)
-    for part in parts:
-        by_body[part.owner, part.frame].append(part)
-    return SceneUpdate(entities=[_entity(owner, frame, own) for (owner, frame), own in by_body.items()])
-
-
 def scene_message(model: Any) -> bytes:
-    """/scene of a compiled model."""
-    encoded: bytes = scene_update(scene_parts(model)).encode()
+    """/scene of a compiled model: one message, an entity a body, fixed to its frame, so that only /tf moves it."""
+    by_body: dict[tuple[str, str], list[Part]] = defaultdict(list)
+    for part in scene_parts(model):
+        by_body[part.owner, part.frame].append(part)
+    entities = [_entity(owner, frame, own) for (owner, frame), own in by_body.items()]
+    encoded: bytes = SceneUpdate(entities=entities).encode()
     return encoded
 
 
 def _entity(owner: str, frame: str, parts: Sequence[Part]) -> SceneEntity:
+    def primitives(shape: Shape, primitive: Any, **options: float) -> list[Any]:
+        own = (part for part in parts if part.shape is shape)
+        return [primitive(pose=_pose(part), size=_size(part), color=_colour(part), **options) for part in own]
+
     return SceneEntity(
         id=owner,
         frame_id=frame,
         frame_locked=True,
-        cubes=[
-            CubePrimitive(pose=_pose(part), size=_size(part), color=_colour(part))
-            for part in parts
-            if part.shape is Shape.BOX
-        ],
-        spheres=[
-            SpherePrimitive(pose=_pose(part), size=_size(part), color=_colour(part))
-            for part in parts
-            if part.shape is Shape.ELLIPSOID
-        ],
-        cylinders=[
-            # Scales of 0, their default, would make it a point.
-            CylinderPrimitive(pose=_pose(part), size=_size(part), color=_colour(part), bottom_scale=1.0, top_scale=1.0)
-            for part in parts
-            if part.shape is Shape.CYLINDER
-        ],
+        cubes=primitives(Shape.BOX, CubePrimitive),
+        spheres=primitives(Shape.ELLIPSOID, SpherePrimitive),
+        # Scales of 0, their default, would make it a point.
+        cylinders=primitives(Shape.CYLINDER, CylinderPrimitive, bottom_scale=1.0, top_scale=1.0),
         triangles=[_triangles(part) for part in parts if part.shape is Shape.MESH],
     )
 

@@ -2,8 +2,7 @@
 
 import io
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, NamedTuple, Protocol
 
 from PIL import Image
 
@@ -14,7 +13,7 @@ JPEG_QUALITY = 80
 
 
 class HasPhysics(Protocol):
-    """The part of an environment that is looked at."""
+    """The part of an environment that cameras see."""
 
     @property
     def physics(self) -> Any:
@@ -25,10 +24,10 @@ class Cameras:
     """Some cameras of an environment's scene; for use from the thread that made them."""
 
     def __init__(self, environment: HasPhysics, names: Sequence[str], width: int, height: int, is_video: bool) -> None:
-        """Open them, and take a picture with each: what is wrong shows now, not in the midst of a run.
+        """Open them, and take a picture with each, so that errors show before a run begins.
 
         Args:
-            environment: whose scene is looked at.
+            environment: with the scene.
             names: of the cameras; `free` is the overall view.
             width: of the pictures, px.
             height: of the pictures, px.
@@ -51,7 +50,7 @@ class Cameras:
 
     def stills(self) -> "Stills":
         """The same cameras, for the live view."""
-        return Stills(self.names, lambda name: as_jpeg(self._render(name)))
+        return Stills(self.names, self._render)
 
     def close(self) -> None:
         """Free the renderer; may be called again."""
@@ -62,27 +61,21 @@ class Cameras:
 
     def _encoded(self, name: str, is_first: bool) -> bytes:
         picture = self._render(name)
-        return self._encoders[name].encode(picture, is_first) if self.is_video else as_jpeg(picture)
+        return self._encoders[name].encode(picture, is_first) if self.is_video else encode_jpeg(picture)
 
 
-@dataclass(frozen=True)
-class Stills:
-    """Pictures that stand for themselves, for whoever comes in the middle: a film's are told by those before.
-
-    Attributes:
-        names: of the cameras.
-        look: what one sees now, as JPEG.
-    """
+class Stills(NamedTuple):
+    """Cameras for the live view: JPEG, since a late subscriber cannot decode a video from its middle."""
 
     names: tuple[str, ...]
-    look: Callable[[str], bytes]
+    render: Callable[[str], Picture]
 
     def take(self, is_first: bool) -> Mapping[str, bytes]:
         """What each camera sees now."""
-        return {name: self.look(name) for name in self.names}
+        return {name: encode_jpeg(self.render(name)) for name in self.names}
 
 
-def as_jpeg(picture: Picture) -> bytes:
+def encode_jpeg(picture: Picture) -> bytes:
     """A picture in JPEG."""
     buffer = io.BytesIO()
     Image.fromarray(picture).save(buffer, "JPEG", quality=JPEG_QUALITY)

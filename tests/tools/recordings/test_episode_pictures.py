@@ -22,7 +22,7 @@ from tasks.errors import TaskError
 from tests.asddpg.recording.test_recording import environment_of
 from tools import contact_sheet, episode_frame, episode_map, episode_plot
 from tools.drawing.map_view import MapView
-from tools.recordings.episode_paths import way_of
+from tools.recordings.driven_paths import read_path
 from tools.recordings.episode_signals import read_signals
 from tools.recordings.episode_states import EpisodeStates
 from tools.recordings.overlay import scan_points
@@ -171,8 +171,8 @@ def test_what_stands_at_a_place_is_seen_at_its_pixels(goal: tuple[float, float])
     assert len(rows) == pytest.approx(np.pi * (0.3 * 40) ** 2, rel=0.05)
 
 
-def test_the_way_is_cut_where_the_driver_changes(file: str) -> None:
-    way = way_of(EpisodeStates(open_recording(file)))
+def test_the_path_is_cut_where_the_driver_changes(file: str) -> None:
+    way = read_path(EpisodeStates(open_recording(file)))
     assert [(driver, len(places)) for driver, places in way.stretches()] == [
         ("policy", 5),
         ("controller", 5),
@@ -184,8 +184,8 @@ def test_the_way_is_cut_where_the_driver_changes(file: str) -> None:
 
 
 @pytest.mark.parametrize("of_all", [False, True])
-def test_a_map_shows_the_ways_in_the_drivers_colours(file: str, folder: Path, tmp_path: Path, of_all: bool) -> None:
-    episode_map.main([str(folder) if of_all else file, "size=500", f"file={tmp_path / 'map.png'}"])
+def test_a_map_shows_the_paths_in_the_drivers_colours(file: str, folder: Path, tmp_path: Path, of_all: bool) -> None:
+    episode_map.main([str(folder) if of_all else file, "size=800", f"file={tmp_path / 'map.png'}"])
     seen = picture(tmp_path / "map.png")
     for colour in ((31, 119, 180), (255, 127, 13)):
         assert (np.abs(seen[..., :3] - colour).max(axis=2) < 12).sum() > 20

@@ -1,4 +1,4 @@
-"""Where recorded episodes went."""
+"""Paths that recorded episodes drove."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,18 +11,18 @@ from tools.recordings.episode_states import EpisodeStates
 
 
 @dataclass(frozen=True)
-class Way:
+class DrivenPath:
     """An episode as a map shows it.
 
     Attributes:
         number: of the episode.
         places: (n + 1, 2), of the base after each of n steps, metres, world frame.
         yaw: of the base at the beginning, rad.
-        drivers: n names, of who chose the step to the next place.
+        drivers: n names, a step each.
         goal: x, y, m.
         goal_radius: m.
         outcome: how it ended.
-        seconds: simulated, that it took.
+        seconds: simulated.
     """
 
     number: int
@@ -39,16 +39,21 @@ class Way:
         return float(np.hypot(*np.diff(self.places, axis=0).T).sum())
 
     def stretches(self) -> list[tuple[str, FloatArray]]:
-        """The way cut where the driver changed: who drove, and the places from the first to the last, (m, 2)."""
-        changes = [index for index, (before, after) in enumerate(pairwise(self.drivers), 1) if before != after]
-        bounds = [0, *changes, len(self.drivers)]
-        return [(self.drivers[begin], self.places[begin : end + 1]) for begin, end in pairwise(bounds) if end > begin]
+        """The path cut where the driver changed: the driver, and the places from first to last, (m, 2)."""
+        return [(driver, self.places[begin : end + 1]) for driver, begin, end in driver_runs(self.drivers)]
 
 
-def way_of(states: EpisodeStates) -> Way:
-    """The way of an episode, run to its end."""
+def driver_runs(drivers: Sequence[str]) -> list[tuple[str, int, int]]:
+    """Runs of steps with one driver: its name, the first step, and the step after the last."""
+    changes = [index for index, (before, after) in enumerate(pairwise(drivers), 1) if before != after]
+    bounds = [0, *changes, len(drivers)]
+    return [(drivers[begin], begin, end) for begin, end in pairwise(bounds) if end > begin]
+
+
+def read_path(states: EpisodeStates) -> DrivenPath:
+    """The path of an episode, run to its end."""
     places = [states.physics.pose()[:2] for _ in states]
-    return Way(
+    return DrivenPath(
         number=int(states.recording.facts["episode"]),
         places=np.array(places),
         yaw=states.recording.start[2],
