@@ -10,8 +10,8 @@ from asddpg.episodes.loop import count_step
 from asddpg.episodes.protocols import Episode, Observation, Step
 from asddpg.recording.files.recording_file import RecordingFile
 from asddpg.recording.messages.channels import Channels
-from asddpg.recording.messages.pose_messages import PoseEncoder
 from asddpg.recording.messages.publisher import Publisher
+from asddpg.recording.messages.scan_pose_messages import PoseEncoder
 from asddpg.recording.messages.scene_messages import scene_message
 from asddpg.recording.messages.step_message import encode_json
 from asddpg.recording.pictures.cameras import Cameras

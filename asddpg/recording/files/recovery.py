@@ -15,8 +15,8 @@ from asddpg.episodes.protocols import Driver, Episode
 from asddpg.errors import UserError, truncated_repr
 from asddpg.recording.files.recording_file import CONFIG, MCAP, METADATA, PART
 from asddpg.recording.files.records import DAMAGE, DecodedMessage, decode_messages, read_records, write_records
+from asddpg.recording.messages.goal_camera_messages import make_timestamp
 from asddpg.recording.messages.path_message import PathMessage
-from asddpg.recording.messages.robot_messages import make_timestamp
 from asddpg.recording.messages.step_message import encode_outcome, read_reward
 from asddpg.recording.messages.topics import CMD_VEL, LOG, ODOM, OUTCOME, PATH, STEP
 

@@ -16,8 +16,8 @@ from asddpg.errors import UserError
 from asddpg.recording.live.controls import GOAL, GoalRequest, LiveControls, Steering
 from asddpg.recording.live.listener import LiveListener
 from asddpg.recording.messages.channels import Channels
-from asddpg.recording.messages.pose_messages import PoseEncoder
 from asddpg.recording.messages.publisher import Publisher
+from asddpg.recording.messages.scan_pose_messages import PoseEncoder
 from asddpg.recording.messages.scene_messages import Point, scene_message
 from asddpg.recording.pictures.cameras import Stills
 from asddpg.recording.samples import NANOSECONDS, RecordedEnvironment, Sample, Sampler

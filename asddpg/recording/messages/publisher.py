@@ -6,9 +6,9 @@ from foxglove.messages import Log, LogLevel
 
 from asddpg.episodes.protocols import Episode, Step
 from asddpg.recording.messages.channels import LogMessage
+from asddpg.recording.messages.goal_camera_messages import goal_pose, make_timestamp, picture_message
 from asddpg.recording.messages.path_message import PathMessage
-from asddpg.recording.messages.pose_messages import PoseEncoder
-from asddpg.recording.messages.robot_messages import goal_pose, make_timestamp, picture_message
+from asddpg.recording.messages.scan_pose_messages import PoseEncoder
 from asddpg.recording.messages.scene_messages import Point
 from asddpg.recording.messages.step_message import encode_command, encode_outcome, encode_step
 from asddpg.recording.messages.topics import CAMERA, CMD_VEL, GOAL, LOG, ODOM, OUTCOME, PATH, SCAN, SCENE, STEP, TF

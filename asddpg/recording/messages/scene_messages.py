@@ -18,7 +18,7 @@ from foxglove.messages import (
     Vector3,
 )
 
-from asddpg.recording.messages.robot_messages import round_to_grid
+from asddpg.recording.messages.goal_camera_messages import round_to_grid
 from tasks.scene.shapes import Part, Shape, scene_parts
 
 Point = tuple[float, float]  # x, y in metres, world frame
