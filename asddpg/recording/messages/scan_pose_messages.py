@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from foxglove.messages import FrameTransform, FrameTransforms, LaserScan, Odometry, Pose, Quaternion, Timestamp, Vector3
 
-from asddpg.recording.messages.robot_messages import make_timestamp, round_to_grid
+from asddpg.recording.messages.goal_camera_messages import make_timestamp, round_to_grid
 from asddpg.recording.messages.scene_messages import Point
 from asddpg.recording.samples import Sample
 from tasks.constants import FIELD_OF_VIEW, MAX_RANGE
