@@ -1,7 +1,7 @@
 """A recorded episode's signals over time: `python -m tools.episode_plot FILE`.
 
-Speeds commanded and driven, distance to the goal, what the critic said, reward by its terms, exploration noise, and in
-the background who drove; what the recording does not hold is left out.
+Commanded and driven speeds, distance to the goal, Q values, reward by its terms, exploration noise, and the driver in
+the background; signals that the recording lacks are left out.
 """
 
 from collections.abc import Sequence

@@ -1,4 +1,4 @@
-"""What recordings there are: `python -m tools.episodes runs/mine`.
+"""List recordings: `python -m tools.episodes runs/mine`.
 
 Lists those in a folder and below it, such as runs/mine or runs. Options choose among them, or export their steps.
 """
@@ -44,7 +44,7 @@ class EpisodesArguments:
 
 @dataclass(frozen=True)
 class Listed:
-    """A recording in figures."""
+    """A recording and its metrics."""
 
     recording: Recording
     outcome: str
@@ -55,7 +55,7 @@ class Listed:
 
 
 def recordings_below(folder: Path) -> list[Path]:
-    """Recordings, those cut off among them, in the order of folder and time.
+    """Recordings, with interrupted ones, in the order of folder and time.
 
     Raises:
         UserError: there are none.
@@ -69,7 +69,7 @@ def recordings_below(folder: Path) -> list[Path]:
 
 
 def listed(path: Path) -> Listed:
-    """A recording in figures; those of one that was cut off are counted here.
+    """A recording and its metrics; those of an interrupted one are computed here.
 
     Raises:
         UserError: it is damaged, or of another program.
@@ -90,12 +90,12 @@ def listed(path: Path) -> Listed:
         raise UserError(f"{path} was made by another version: its /step or /outcome lacks {error}") from error
 
 
-def is_wanted(found: Listed, wanted: EpisodesArguments) -> bool:
-    """Whether a recording is among those to list."""
+def is_selected(found: Listed, parsed: EpisodesArguments) -> bool:
+    """Whether a recording is to be listed."""
     return (
-        (not wanted.outcome or found.outcome in wanted.outcome)
-        and wanted.task in (None, found.recording.facts.get("task"))
-        and len(found.steps) >= wanted.min_steps
+        (not parsed.outcome or found.outcome in parsed.outcome)
+        and parsed.task in (None, found.recording.facts.get("task"))
+        and len(found.steps) >= parsed.min_steps
     )
 
 
@@ -117,7 +117,7 @@ def cells(found: Listed, folder: Path) -> tuple[str, ...]:
 
 
 def aligned(lines: Sequence[Sequence[str]]) -> str:
-    """Cells in columns, names to the left, figures to the right."""
+    """Cells in columns, names to the left, numbers to the right."""
     widths = [max(map(len, column)) for column in zip(*lines, strict=True)]
     names = ("file", "task", "outcome")
     return "\n".join(
@@ -142,7 +142,7 @@ def main(arguments: Sequence[str]) -> None:
     for path in recordings_below(parsed.folder):
         try:
             found = listed(path)
-            if not is_wanted(found, parsed):
+            if not is_selected(found, parsed):
                 continue
             lines.append(cells(found, parsed.folder))
         except UserError as error:

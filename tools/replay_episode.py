@@ -1,8 +1,7 @@
-"""Does a recorded episode happen again? `python -m tools.replay_episode runs/mine/episodes`.
+"""Run recorded episodes again: `python -m tools.replay_episode runs/mine/episodes`.
 
 Runs the recorded actions in the recorded configuration, from the same start to the same goal, and compares the physical
-state after each step, to the last bit. The exit status is 1 if any differs,
-2 if any cannot be run again.
+state after each step, to the last bit. The exit status is 1 if any differs, 2 if any cannot be run again.
 """
 
 import sys

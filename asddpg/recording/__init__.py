@@ -1,1 +1,1 @@
-"""Recordings and the live view: what watches episodes and tells Foxglove."""
+"""Recordings and the live view of episodes, in Foxglove's messages."""

@@ -23,11 +23,11 @@ BATCH_STEPS = 12  # written at once: a killed process loses no more
 
 @dataclass(frozen=True)
 class Provenance:
-    """What a recording is of.
+    """Origin of a recording.
 
     Attributes:
         config: the resolved configuration, YAML.
-        facts: task, seed, versions, hash of the scene, which checkpoint drove: by name, as text.
+        facts: task, seed, versions, hash of the scene, checkpoint that drove: by name, as text.
     """
 
     config: str
@@ -55,7 +55,7 @@ def every_nth(every: int) -> Callable[[int], bool]:
 
 
 class Recorder:
-    """Observes an environment's episodes; a failure to record stops nobody."""
+    """Observes an environment's episodes; a failure to record does not stop them."""
 
     def __init__(
         self,
@@ -72,9 +72,9 @@ class Recorder:
         """Record into a folder.
 
         Args:
-            folder: where the files go; made with the first one.
-            environment: what is recorded.
-            provenance: what each file says of its origin.
+            folder: for the files; made with the first one.
+            environment: whose episodes are recorded.
+            provenance: origin of the episodes, for each file.
             selection: which episodes.
             say: called once, with a sentence, if recording fails.
             first_step: training steps that were made before.

@@ -1,4 +1,4 @@
-"""Samples: what a recorder reads of an environment after each step, to be published later."""
+"""Samples: the state of an environment after each step, to be published later."""
 
 from collections.abc import Mapping
 from types import MappingProxyType

@@ -6,7 +6,6 @@ import numpy as np
 
 from tasks.graphics.headless import mujoco
 from tasks.graphics.rendering import Picture
-from tasks.physics import FloatArray
 from tasks.room_geometry.obstacles import Obstacles
 from tools.drawing.picture_file import open_renderer
 
@@ -28,14 +27,6 @@ class MapView:
         """Left, right, bottom and top edge, metres, world frame."""
         half_width, half_height = self.width / 2, self.height / 2
         return self.x - half_width, self.x + half_width, self.y - half_height, self.y + half_height
-
-    def pixels(self, places: FloatArray, shape: tuple[int, int]) -> FloatArray:
-        """Places (n, 2) in metres as columns and rows (n, 2) of a picture; its shape is (rows, columns)."""
-        left, _, _, top = self.extent
-        rows, columns = shape
-        scale = np.array([columns / self.width, -rows / self.height])
-        pixels: FloatArray = (places - np.array([left, top])) * scale
-        return pixels
 
     def render(self, model: mujoco.MjModel, data: mujoco.MjData, pixels_per_metre: float) -> Picture:
         """The picture, uint8 (rows, columns, 3), x to the right and y upwards; TaskError without graphics library."""

@@ -36,14 +36,14 @@ class EpisodeStates:
     """Runs an episode again.
 
     Attributes:
-        config: what the recording was made with.
-        environment: stands where the iteration has come to.
+        config: of the recorded run.
+        environment: in the present state of the iteration.
         steps: the recorded messages of /step.
         outcome: how the episode ended; running where the recording was interrupted.
     """
 
     def __init__(self, recording: Recording) -> None:
-        """Open the room of a recording.
+        """Build the environment of a recording.
 
         Raises:
             UserError: the recording is damaged, or of a version with other options or tasks.

@@ -1,4 +1,4 @@
-"""What a recording knows and a scene does not show, drawn into it: the scan and the path."""
+"""Draws the scan and the path of a recording into its scene."""
 
 from collections.abc import Sequence
 from itertools import pairwise
@@ -15,11 +15,11 @@ SCAN_COLOUR = (0.9, 0.1, 0.1)
 SCAN_RADIUS = 0.03  # m
 
 Place = tuple[float, float]
-Stretch = tuple[str, Sequence[Place]]  # who drove, and along where, m
+Stretch = tuple[str, Sequence[Place]]  # driver, and places, m
 
 
 def scan_points(position: FloatArray, rotation: FloatArray, ranges: FloatArray) -> FloatArray:
-    """Where beams ended that met something: (n, 3) metres, world frame.
+    """Ends of the beams that met an obstacle: (n, 3) metres, world frame.
 
     Args:
         position: (3,) of the laser, world frame.
@@ -54,7 +54,7 @@ def draw_path(scene: mujoco.MjvScene, stretches: Sequence[Stretch]) -> None:
 
 
 def _next(scene: mujoco.MjvScene) -> mujoco.MjvGeom:
-    """Room for another geom; the last one is used again where there is none left."""
+    """The next free geom; the last one again where none is left."""
     scene.ngeom = min(scene.ngeom + 1, scene.maxgeom)
     return scene.geoms[scene.ngeom - 1]
 

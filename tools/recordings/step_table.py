@@ -1,4 +1,4 @@
-"""/step of recordings as one table: a row a step, what is nested side by side."""
+"""/step of recordings as one table: a row a step, nested values in columns of their own."""
 
 import csv
 from collections.abc import Mapping, Sequence
@@ -17,7 +17,7 @@ Row = dict[str, Any]
 
 
 def row_of(file: str, step: Mapping[str, Any]) -> Row:
-    """A step as a row: action_v, terms_progress and so on; what is left out leaves its columns empty."""
+    """A step as a row: action_v, terms_progress and so on; missing values leave their columns empty."""
     row: Row = {FILE: file}
     for name, schema in STEP_SCHEMA["properties"].items():
         value = step.get(name)
@@ -49,7 +49,7 @@ def write_table(path: Path, rows: Sequence[Row]) -> None:
 
 
 def check_can_write(path: Path) -> None:
-    """UserError where a table of that name could not be written: said before anything is read."""
+    """UserError where a table of that name cannot be written; called before any recording is read."""
     if path.suffix not in SUFFIXES:
         raise UserError(f"a table's file must end in {' or '.join(SUFFIXES)}, not {path.name!r}")
     if not path.parent.is_dir():

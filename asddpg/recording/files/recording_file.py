@@ -26,7 +26,7 @@ _COMPLETE = MCAPWriteOptions(chunk_size=200_000, compression_level=2, compressio
 
 
 class RecordingFile:
-    """Takes all that is logged on a context, from its making until it is completed or dropped."""
+    """Takes the messages that are logged on a context until it is completed or dropped."""
 
     def __init__(
         self, folder: Path, stem: str, context: foxglove.Context, metadata: Mapping[str, str], config: str
@@ -37,7 +37,7 @@ class RecordingFile:
             folder: where they go.
             stem: their name without endings.
             context: whose messages they take.
-            metadata: what the recording is of.
+            metadata: of the recording.
             config: the configuration as YAML.
         """
         self._folder, self._stem = folder, stem

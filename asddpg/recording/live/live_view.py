@@ -56,7 +56,7 @@ class LiveView:
             cameras: whose pictures are shown too; they are taken while there are viewers.
 
         Raises:
-            UserError: the port cannot be had.
+            UserError: the port is not available.
         """
         self._physics, self._steering = environment.physics, steering
         self._channels = Channels(cameras.names if cameras else ())
@@ -67,7 +67,7 @@ class LiveView:
         self._controls = LiveControls(speed, steering)
         self._listener = LiveListener(self._controls, self._refuse)
         self._pace = _Pace()
-        self.stops: Callable[[], bool] = lambda: False  # whether the program has been told to stop: waiting ends
+        self.stops: Callable[[], bool] = lambda: False  # whether the program shall stop: ends waiting
         self._episode: Episode | None = None
         self._begin_path(self._physics.pose()[:2])
         self._server: WebSocketServer | None = None  # viewers may send requests before it is returned

@@ -26,7 +26,7 @@ class Publisher:
 
         Args:
             log: takes the messages, by topic.
-            poses: encodes what moves.
+            poses: encodes moving frames.
             scene: the message of /scene.
             is_video: whether cameras' pictures are H.264 and not JPEG.
         """
@@ -45,7 +45,7 @@ class Publisher:
                 self._publish_step(sample, sample.step, place)
 
     def publish_state(self, sample: Sample, start: Point, driven: Iterable[tuple[str, Point]]) -> None:
-        """Publish everything that a viewer needs who subscribes in the middle of an episode.
+        """Publish the full state, for a subscriber in the middle of an episode.
 
         Args:
             sample: the present one.

@@ -77,7 +77,7 @@ class PoseEncoder:
 
 
 def _laser_scan(stamp: Timestamp, ranges: list[float]) -> LaserScan:
-    """The scan that the policy got: metres, from right to left."""
+    """The scan in the observation: metres, from right to left."""
     half = FIELD_OF_VIEW / 2
     return LaserScan(
         timestamp=stamp, frame_id="laser", pose=_IDENTITY, start_angle=-half, end_angle=half, ranges=ranges

@@ -1,7 +1,7 @@
 """The topics of a recording: names, and the schemas of those that are JSON.
 
 Foxglove's viewer reads a schema with one type to a field and properties to each object, or not at all, and then shows
-nothing of its topic. So a schema gives the type of what is there, and a message leaves out what is not.
+nothing of its topic. So a schema has the type of the value, and a message leaves out missing values.
 """
 
 from typing import Any
@@ -25,10 +25,10 @@ _VELOCITY = _object(v=_NUMBER, omega=_NUMBER)
 # v in m/s, omega in rad/s.
 CMD_VEL_SCHEMA = _VELOCITY
 
-# What was chosen in a step, what was weighed in choosing, and what it earned. `step` counts from 0 in the episode;
+# The decision of a step, the values behind it, and its reward. `step` counts from 0 in the episode;
 # `time` is that at the step's end, s; actions in m/s and rad/s, `actor` before noise; `terms` of the reward by name;
-# `distance` to the goal after the step, m; `digest` names the physical state after the step. What
-# nobody gave, or is no finite number, is left out.
+# `distance` to the goal after the step, m; `digest` names the physical state after the step.
+# Missing and non-finite values are left out.
 STEP_SCHEMA = _object(
     step=_NUMBER,
     time=_NUMBER,
@@ -47,7 +47,7 @@ STEP_SCHEMA = _object(
     digest=_NUMBER,
 )
 
-# `outcome` is running, then reached, crashed, timeout or cut; the figures are those of the whole episode, not there
+# `outcome` is running, then reached, crashed, timeout or cut; the metrics are those of the whole episode, absent
 # before its end; `path_length` in m.
 OUTCOME_SCHEMA = _object(
     outcome=_TEXT,

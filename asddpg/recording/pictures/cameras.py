@@ -1,4 +1,4 @@
-"""Pictures for recordings: what the scene's cameras see, encoded."""
+"""Encoded pictures of the scene's cameras, for recordings."""
 
 import io
 from collections.abc import Callable, Mapping, Sequence

@@ -18,15 +18,15 @@ from asddpg.recording.samples import RecordedEnvironment
 from tasks.graphics.rendering import OffscreenRenderer
 
 HOLD = 1.5  # s of film on an episode's last picture, to read how it ended
-# What is written can be played up to its last second at any time, also after the process was killed.
+# The written part can be played up to its last second at any time, also after the process was killed.
 _IN_PROGRESS = {"movflags": "empty_moov+default_base_moof", "frag_duration": "1000000", "flush_packets": "1"}
 _FINISHED = {"movflags": "faststart"}
 
 
 class Film:
-    """Films the episodes it watches, one after the other, a picture a control step.
+    """Films episodes one after the other, a picture a control step.
 
-    While it is made it is `<path>.part`, which can be played as well.
+    In progress it is `<path>.part`, which can be played as well.
     """
 
     def __init__(
@@ -39,11 +39,11 @@ class Film:
         control_timestep: float = 0.2,
         speed: float = 1.0,
     ) -> None:
-        """Open the file and take a first picture: what is wrong shows now.
+        """Open the file and render a first picture, so that errors show at once.
 
         Args:
-            path: of the film, .mp4; one that is there is replaced at the end.
-            environment: what is watched; its scene is rendered in the thread that makes the film.
+            path: of the film, .mp4; an existing one is replaced at the end.
+            environment: to film; its scene is rendered in the thread that makes the film.
             camera: of the scene, or `free`.
             width: px, even.
             height: px, even.
@@ -74,17 +74,17 @@ class Film:
         self._episodes = self._frames = 0
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
-        """Show where it begins."""
+        """Show the beginning."""
         self._episodes += 1
         self._show("start")
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
-        """Show where the step led."""
+        """Show the state after the step."""
         driver = step.decision.driver.value
         self._show(f"{self._physics.data.time:.1f} s · {driver} drives", DRIVER_COLOURS.get(driver, OTHER_COLOUR))
 
     def end_episode(self, episode: Episode) -> None:
-        """Say how it ended, long enough to be read."""
+        """Show how it ended, long enough to be read."""
         text = f"{episode.outcome} after {self._physics.data.time:.1f} s"
         for _ in range(max(1, round(HOLD * self._rate))):
             self._write(text, OUTCOME_COLOURS.get(episode.outcome))
@@ -93,7 +93,7 @@ class Film:
         """Complete the film; may be called again.
 
         Raises:
-            UserError: it could not be written; what there is of it stays as `<path>.part`.
+            UserError: it could not be written; its written part stays as `<path>.part`.
         """
         self._renderer.close()
         if self._container is not None:

@@ -66,17 +66,12 @@ def test_a_film_shows_every_step_of_all_episodes_in_real_time(tmp_path: Path) ->
     assert [file.name for file in tmp_path.iterdir()] == ["film.mp4"]
 
 
-def test_the_table_of_contents_comes_first(tmp_path: Path) -> None:
-    """So that a browser plays it while it is still loading."""
-    film_of(tmp_path / "film.mp4")
-    content = (tmp_path / "film.mp4").read_bytes()
-    assert 0 < content.index(b"moov") < content.index(b"mdat")
-
-
-def test_a_film_may_be_faster(tmp_path: Path) -> None:
+def test_a_faster_film_that_plays_while_it_is_loading(tmp_path: Path) -> None:
     film_of(tmp_path / "film.mp4", speed=3.0)
     with av.open(str(tmp_path / "film.mp4")) as container:
         assert container.streams.video[0].average_rate == 15
+    content = (tmp_path / "film.mp4").read_bytes()
+    assert 0 < content.index(b"moov") < content.index(b"mdat")
 
 
 def test_an_interrupted_film_is_whole_up_to_there(tmp_path: Path) -> None:
@@ -117,7 +112,7 @@ def test_a_film_of_nothing_leaves_nothing(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_cannot_be_filmed_is_one_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_errors_are_one_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     environment = navigation_env(environment_of("nav_empty"))
     with pytest.raises(UserError, match=r"must end in \.mp4, not 'film\.avi'"):
         Film(tmp_path / "film.avi", environment)
@@ -225,7 +220,7 @@ def test_pictures_change_nothing_that_is_learned(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("arguments", "says"),
+    ("arguments", "sentence"),
     [
         (["record.cameras=[side]"], "no camera 'side'; there are top, chase, onboard, free"),
         (["record.cameras=[top,top]"], "record.cameras must be names of cameras, each once"),
@@ -234,12 +229,12 @@ def test_pictures_change_nothing_that_is_learned(tmp_path: Path) -> None:
         (["record.cameras=[top]", "record.every=0"], "none is made: record.every=1 records all"),
     ],
 )
-def test_wrong_words_of_cameras_are_told_before_anything_is_driven(
-    arguments: list[str], says: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+def test_invalid_options_of_cameras_are_refused_before_the_first_step(
+    arguments: list[str], sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    with pytest.raises((UserError, TaskError), match=says):
+    with pytest.raises((UserError, TaskError), match=sentence):
         evaluate.main(["agent=controller", "task=nav_empty", "episodes=1", "record.every=1", *arguments])
-    with pytest.raises((UserError, TaskError), match=says):
+    with pytest.raises((UserError, TaskError), match=sentence):
         train.main(["task=nav_empty", *TINY, *arguments, "run_dir=run"])
     assert list(tmp_path.iterdir()) == []

@@ -1,4 +1,4 @@
-"""Pictures of recorded episodes: that they show the episode, and what is said where they cannot."""
+"""Pictures of recorded episodes."""
 
 import itertools
 from collections.abc import Callable, Sequence
@@ -82,7 +82,7 @@ def test_an_episode_that_goes_another_way_is_noted_once(file: str, capsys: pytes
 # Frames -----------------------------------------------------------------------------------------------------------
 
 
-def test_a_frame_shows_the_moment_asked_for(file: str, tmp_path: Path) -> None:
+def test_a_frame_shows_the_given_moment(file: str, tmp_path: Path) -> None:
     def frame(*arguments: str) -> np.ndarray:
         episode_frame.main([file, "size=96x64", "caption=false", f"file={tmp_path / 'frame.png'}", *arguments])
         return picture(tmp_path / "frame.png")
@@ -148,15 +148,8 @@ def test_a_recording_that_was_cut_off_is_shown_as_far_as_it_goes(tmp_path: Path)
 # Maps -------------------------------------------------------------------------------------------------------------
 
 
-def test_metres_and_pixels_of_a_map_go_by_rule_of_three() -> None:
-    view = MapView(x=1.0, y=-2.0, width=8.0, height=4.0)
-    assert view.extent == (-3.0, 5.0, -4.0, 0.0)
-    places = np.array([[-3.0, 0.0], [5.0, -4.0], [1.0, -2.0]])
-    assert view.pixels(places, (200, 400)).tolist() == [[0, 0], [400, 200], [200, 100]]
-
-
 @pytest.mark.parametrize("goal", [(0.0, 0.0), (3.5, 3.0), (-3.0, 3.6), (3.4, -3.5)])
-def test_what_stands_at_a_place_is_seen_at_its_pixels(goal: tuple[float, float]) -> None:
+def test_a_place_is_at_its_pixels(goal: tuple[float, float]) -> None:
     """The green goal, wherever it is: no perspective shifts it."""
     physics = tasks.load("nav_empty", random=0).physics
     view = MapView(0.2, -0.1, 9.0, 8.6)
@@ -166,21 +159,22 @@ def test_what_stands_at_a_place_is_seen_at_its_pixels(goal: tuple[float, float])
     seen = view.render(physics.model.ptr, physics.data.ptr, pixels_per_metre=40).astype(int)
     assert seen.shape == (344, 360, 3)
     rows, columns = np.nonzero((seen[..., 1] > seen[..., 0] + 40) & (seen[..., 1] > seen[..., 2] + 40))
-    (expected,) = view.pixels(np.array([goal]), (344, 360))
+    left, _, _, top = view.extent
+    expected = (goal[0] - left) * 40, (top - goal[1]) * 40
     assert (columns.mean() + 0.5, rows.mean() + 0.5) == pytest.approx(expected, abs=0.5)
     assert len(rows) == pytest.approx(np.pi * (0.3 * 40) ** 2, rel=0.05)
 
 
 def test_the_path_is_cut_where_the_driver_changes(file: str) -> None:
-    way = read_path(EpisodeStates(open_recording(file)))
-    assert [(driver, len(places)) for driver, places in way.stretches()] == [
+    path = read_path(EpisodeStates(open_recording(file)))
+    assert [(driver, len(places)) for driver, places in path.stretches()] == [
         ("policy", 5),
         ("controller", 5),
         ("policy", 5),
     ]
-    (_, first), (_, second), _ = way.stretches()
+    (_, first), (_, second), _ = path.stretches()
     assert first[-1].tolist() == second[0].tolist()
-    assert 0.3 < way.length() < 0.3 * 0.2 * STEPS
+    assert 0.3 < path.length() < 0.3 * 0.2 * STEPS
 
 
 @pytest.mark.parametrize("of_all", [False, True])
@@ -207,14 +201,14 @@ def test_a_plot_s_signals_are_those_of_the_recording(file: str, tmp_path: Path) 
     assert picture(tmp_path / "plot.png").shape[0] > 500
 
 
-# Wrong words ------------------------------------------------------------------------------------------------------
+# Errors ----------------------------------------------------------------------------------------------------------
 
 
 Main = Callable[[Sequence[str]], None]
 
 
 @pytest.mark.parametrize(
-    ("main", "arguments", "says"),
+    ("main", "arguments", "sentence"),
     [
         (episode_frame.main, ["step=99"], "has 12 steps, 2.4 s; there is no step 99"),
         (episode_frame.main, ["step=1.5"], "step must be a whole number or null, not '1.5'"),
@@ -231,8 +225,8 @@ Main = Callable[[Sequence[str]], None]
         (episode_plot.main, ["file=plot.pdf"], r"a path that ends in \.png, not plot\.pdf"),
     ],
 )
-def test_invalid_arguments_are_one_sentence(main: Main, arguments: list[str], says: str, file: str) -> None:
-    with pytest.raises((UserError, TaskError), match=says):
+def test_invalid_arguments_are_one_sentence(main: Main, arguments: list[str], sentence: str, file: str) -> None:
+    with pytest.raises((UserError, TaskError), match=sentence):
         main([file, *arguments])
 
 

@@ -1,7 +1,6 @@
 """The list of recordings, and the table of their steps."""
 
 import csv
-import shutil
 import sys
 from pathlib import Path
 from typing import Any
@@ -83,14 +82,6 @@ def test_without_pyarrow_csv_is_left(folder: Path, monkeypatch: pytest.MonkeyPat
         episodes.main([str(folder), f"export={tmp_path / 'steps.parquet'}"])
     episodes.main([str(folder), f"export={tmp_path / 'steps.csv'}"])
     assert (tmp_path / "steps.csv").is_file()
-
-
-def test_a_folder_of_damaged_files_is_listed(folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    shutil.copy(folder / "damaged.mcap", tmp_path)
-    (tmp_path / "text.mcap").write_text("a text")
-    out = listed(capsys, tmp_path)
-    assert out.count("damaged: ") == 2
-    assert "Traceback" not in out
 
 
 def test_invalid_arguments(folder: Path, tmp_path: Path) -> None:

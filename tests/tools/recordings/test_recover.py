@@ -207,17 +207,6 @@ def test_wrong_bytes_are_not_taken_for_right_ones(recording: Path, tmp_path: Pat
         assert saved == steps[: len(saved)]
 
 
-def test_a_part_reads_like_the_file_it_would_have_become(part: Path) -> None:
-    whole = open_recording(next((part.parent / "whole").glob("*.mcap")))
-    # As text: each file brings protobuf classes of its own.
-    read, written = (
-        [(each.topic, each.time, str(each.content)) for each in file.messages()]
-        for file in (open_recording(part), whole)
-    )
-    assert len(read) > 100
-    assert read == written[: len(read)]
-
-
 def test_mcap_s_own_reader_reads_a_part_to_its_last_batch(part: Path) -> None:
     steps = 0
     with part.open("rb") as file:
