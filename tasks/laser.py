@@ -52,7 +52,7 @@ class Laser:
         return {"rng": generator_state(self.rng), "waiting": list(self._waiting), "read_at": self._read_at}
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        """Restore what state() gave."""
+        """Restore what state() returned."""
         self.rng = restored_generator(state["rng"])
         self._waiting.clear()
         self._waiting.extend(state["waiting"])

@@ -24,9 +24,9 @@ GOAL_BOUND = 50.0  # m
 
 
 def _up_to(limit: float, unit: str) -> Range:
-    """Above 0 and up to a limit of the robot, which the words round down."""
-    words = f"above 0 and up to the robot's {math.floor(limit * 1000) / 1000} {unit}"
-    return Range(lambda value: 0.0 < value <= limit + 1e-9, words)
+    """Above 0 and up to a limit of the robot, rounded down in the text."""
+    text = f"above 0 and up to the robot's {math.floor(limit * 1000) / 1000} {unit}"
+    return Range(lambda value: 0.0 < value <= limit + 1e-9, text)
 
 
 def _is_control_timestep(seconds: float) -> bool:
@@ -137,7 +137,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         }
 
     def load_state(self, state: Mapping[str, Any], physics: Physics) -> None:
-        """Restore what state() gave; `physics` has its own already."""
+        """Restore what state() returned; `physics` has its own already."""
         self.readings = physics.readings()
         self.start = Pose(*state["start"])
         pair = state["next_pair"]

@@ -94,12 +94,12 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         self._delayed: FloatArray | None = None
 
     def _find_ring(self, prefix: str) -> slice:
-        """Where the readings of the rangefinders of a name stand among those of all sensors."""
+        """Slice of all sensor readings that holds those of the rangefinders of a name."""
         sensors = [self.model.ptr.sensor(index) for index in range(self.model.ptr.nsensor)]
         places = [int(sensor.adr[0]) for sensor in sensors if sensor.name.startswith(prefix)]
         begin = places[0] if places else 0
         if places != list(range(begin, begin + len(places))):
-            raise ValueError(f"the scene's rangefinders {prefix}00, {prefix}01, … must stand one after the other")
+            raise ValueError(f"the scene's rangefinders {prefix}00, {prefix}01, … must follow one another")
         return slice(begin, begin + len(places))
 
     @property
@@ -129,7 +129,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         }
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        """Restore what state() gave; the steps to come are equal to the last bit.
+        """Restore what state() returned; the next steps are equal to the last bit.
 
         Raises:
             TaskError: it is the state of another scene.

@@ -14,14 +14,14 @@ class FixedDriver:
         self._decide = decide
 
     def begin_episode(self) -> None:
-        """Nothing to forget."""
+        """A fixed rule has no state to reset."""
 
     def decide(self, observation: Observation) -> Decision:
-        """By the rule."""
+        """Decide by the rule."""
         return self._decide(observation)
 
     def learn(self, step: Step) -> Mapping[str, float]:
-        """Nothing."""
+        """A fixed rule learns nothing."""
         return {}
 
 

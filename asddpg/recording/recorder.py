@@ -40,7 +40,7 @@ class Selection:
 
     Attributes:
         chosen: whether the episode of a number, counted from 1, is recorded.
-        outcomes: outcomes that are kept; none given, all.
+        outcomes: outcomes to keep; empty keeps all.
         keep: files in the folder at most; the oldest go.
     """
 
@@ -63,7 +63,7 @@ class Recorder:
         environment: RecordedEnvironment,
         provenance: Provenance,
         selection: Selection,
-        say: Callable[[str], None],
+        notify: Callable[[str], None],
         first_step: int = 0,
         first_episode: int = 0,
         counts_steps: bool = True,
@@ -73,16 +73,16 @@ class Recorder:
 
         Args:
             folder: for the files; made with the first one.
-            environment: whose episodes are recorded.
+            environment: its episodes are recorded.
             provenance: origin of the episodes, for each file.
             selection: which episodes.
-            say: called once, with a sentence, if recording fails.
+            notify: called once, with a sentence, if recording fails.
             first_step: training steps that were made before.
             first_episode: episodes that were driven before.
             counts_steps: whether the observed steps are training steps.
-            cameras: whose pictures are recorded too.
+            cameras: their pictures are recorded too.
         """
-        self._folder, self._provenance, self._selection, self._say = folder, provenance, selection, say
+        self._folder, self._provenance, self._selection, self._notify = folder, provenance, selection, notify
         is_video = cameras is not None and cameras.is_video
         model = environment.physics.model.ptr
         self._channels = Channels(cameras.names if cameras else (), is_video)
@@ -173,7 +173,7 @@ class Recorder:
             if file is not None:
                 file.drop()  # a checkpoint may need its disk space
             if not self._has_failed:
-                self._say(
+                self._notify(
                     f"episode {self._episodes} is not recorded: {self._folder}: {error.strerror}; going on without"
                 )
             self._has_failed = True

@@ -29,7 +29,7 @@ class ScanStack:
         return self._flat.copy()
 
     def load_state(self, flat: Float32Array) -> None:
-        """Restore what state() gave; TaskError where it has another size."""
+        """Restore what state() returned; TaskError where it has another size."""
         if np.shape(flat) != self._flat.shape:
             raise TaskError(f"the state's observation has {np.size(flat)} numbers, not {self._flat.size}")
         self._flat[:] = flat

@@ -163,7 +163,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         }
 
     def load_state(self, state: Mapping[str, Any]) -> tuple[Float32Array, dict[str, Any]]:
-        """Restore what state() gave: what follows is equal to the last bit.
+        """Restore what state() returned: what follows is equal to the last bit.
 
         Returns:
             The observation and the `info` of that instant, as reset() or step() gave them; before the first reset

@@ -53,7 +53,7 @@ class LiveView:
             port: of the WebSocket, 0 for a free one.
             speed: simulated seconds a second while there are viewers, 0 as fast as possible.
             steering: what viewers may change.
-            cameras: whose pictures are shown too; they are taken while there are viewers.
+            cameras: their pictures are shown too, while there are viewers.
 
         Raises:
             UserError: the port is not available.
@@ -145,7 +145,7 @@ class LiveView:
         return self._published_time - before
 
     def _publish_state(self) -> None:
-        """Publish everything as it stands, for a new subscriber or after the goal was moved."""
+        """Publish the present state, for a new subscriber or after the goal was moved."""
         sample = self._sample()
         self._broadcast_time(sample)
         self._publisher.publish_state(sample, self._start, self._driven)
@@ -224,7 +224,7 @@ class _Pace:
         return self._last + seconds / speed - time.monotonic() if speed else 0.0
 
     def finish_wait(self, seconds: float, speed: float) -> None:
-        """Begin to count anew."""
+        """Reset the count."""
         now = time.monotonic()
         due = self._last + seconds / speed if speed else now
         self._last = min(max(due, now - _LATE), now)

@@ -61,8 +61,8 @@ class Channels:
         """Make the channels.
 
         Args:
-            cameras: names of those whose pictures are shown.
-            is_video: whether they come as H.264 and not as JPEG.
+            cameras: names of the cameras that are shown.
+            is_video: whether their pictures are H.264, else JPEG.
         """
         picture = CompressedVideo if is_video else CompressedImage
         messages = {**_PROTOBUF, **{f"{topics.CAMERA}{name}": picture for name in cameras}}
