@@ -110,7 +110,7 @@ def test_who_is_told_twice_keeps_everything(number: signal.Signals, tmp_path: Pa
     assert newest_state(run)["step"] == 125
 
 
-def test_a_paused_live_view_hears_a_signal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_paused_live_view_ends_on_a_signal(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     timers: list[threading.Timer] = []
 
     def paused(_: LiveView, __: float) -> float:
@@ -119,8 +119,8 @@ def test_a_paused_live_view_hears_a_signal(tmp_path: Path, monkeypatch: pytest.M
             timers[0].start()
         return math.inf
 
-    monkeypatch.setattr(LiveListener, "is_watched", True)
-    monkeypatch.setattr(LiveView, "_rest", paused)
+    monkeypatch.setattr(LiveListener, "has_viewers", True)
+    monkeypatch.setattr(LiveView, "_remaining", paused)
     with pytest.raises(SystemExit) as ended:
         train.main([*QUICK, "live=true", "port=0", f"run_dir={tmp_path / 'run'}"])
     assert ended.value.code == 130
