@@ -1,4 +1,4 @@
-"""A viewer as Foxglove is one: its WebSocket protocol, https://github.com/foxglove/ws-protocol, over a real socket."""
+"""A viewer with Foxglove's WebSocket protocol, https://github.com/foxglove/ws-protocol, over a real socket."""
 
 import base64
 import contextlib
@@ -20,7 +20,7 @@ _MESSAGE, _TIME = 1, 2  # opcodes
 Found = TypeVar("Found")
 
 
-class Told(NamedTuple):
+class Received(NamedTuple):
     """A message, decoded."""
 
     topic: str
@@ -29,7 +29,7 @@ class Told(NamedTuple):
 
 
 class Viewer:
-    """A connection and everything it was told."""
+    """A connection and everything it received."""
 
     def __init__(self, port: int) -> None:
         connection = connect(
@@ -45,14 +45,14 @@ class Viewer:
         self._decoders: dict[int, Callable[[bytes], Any]] = {}
         self._published: list[str] = []
         self.channels: dict[str, dict[str, Any]] = {}
-        self.messages: list[Told] = []
+        self.messages: list[Received] = []
         self.times: list[int] = []
         self.statuses: list[str] = []
         self.parameters: dict[str, Any] = {}
 
     @classmethod
     def when_served(cls, port: int) -> Self:
-        """Connect as soon as somebody serves."""
+        """Connect as soon as the port is served."""
         deadline = time.monotonic() + PATIENCE
         while True:
             try:
@@ -71,7 +71,7 @@ class Viewer:
     def close(self) -> None:
         self._open.close()
 
-    # What it asks for ---------------------------------------------------------------------------------------------
+    # Requests -----------------------------------------------------------------------------------------------------
 
     def watch(self, *topics: str) -> None:
         self.until(lambda: set(topics) <= set(self.channels))
@@ -81,64 +81,64 @@ class Viewer:
             channel = self.channels[topic]
             self._topics[number], self._decoders[number] = topic, _decoder(channel)
             wanted.append({"id": number, "channelId": channel["id"]})
-        self._say(op="subscribe", subscriptions=wanted)
+        self._send(op="subscribe", subscriptions=wanted)
 
     def ask(self) -> dict[str, Any]:
         """The parameters, as they are now."""
         self.parameters = {}
-        self._say(op="getParameters", parameterNames=[], id="all")
+        self._send(op="getParameters", parameterNames=[], id="all")
         self.until(lambda: self.parameters)
         return self.parameters
 
     def follow_parameters(self, *names: str) -> None:
-        self._say(op="subscribeParameterUpdates", parameterNames=names)
+        self._send(op="subscribeParameterUpdates", parameterNames=names)
 
     def set(self, name: str, value: Any) -> None:
         """Set a parameter and wait for the answer."""
         self.parameters = {}
-        self._say(op="setParameters", parameters=[{"name": name, "value": value}], id=name)
+        self._send(op="setParameters", parameters=[{"name": name, "value": value}], id=name)
         self.until(lambda: self.parameters)
 
     def publish(self, topic: str, content: Any, encoding: str = "json") -> None:
         if topic not in self._published:
             self._published.append(topic)
             channel = {"id": len(self._published), "topic": topic, "encoding": encoding, "schemaName": "a place"}
-            self._say(op="advertise", channels=[channel])
+            self._send(op="advertise", channels=[channel])
         data = content if isinstance(content, bytes) else json.dumps(content).encode()
         self._socket.send(struct.pack("<BI", _MESSAGE, self._published.index(topic) + 1) + data)
 
-    # What it is told ----------------------------------------------------------------------------------------------
+    # Messages -----------------------------------------------------------------------------------------------------
 
     def of(self, topic: str) -> list[Any]:
         return [message.content for message in self.messages if message.topic == topic]
 
-    def next(self, topic: str, is_wanted: Callable[[Any], object] = lambda _: True) -> Any:
-        """The next message of a topic, from now on, that is as wanted."""
+    def next(self, topic: str, condition: Callable[[Any], object] = lambda _: True) -> Any:
+        """The next message of a topic, from now on, that satisfies a condition."""
         seen = len(self.messages)
 
         def found() -> list[Any]:
-            return [m.content for m in self.messages[seen:] if m.topic == topic and is_wanted(m.content)]
+            return [m.content for m in self.messages[seen:] if m.topic == topic and condition(m.content)]
 
         return self.until(found)[0]
 
     def status(self, part: str) -> str:
-        """The status that holds some words."""
+        """The status that holds a text."""
         return self.until(lambda: next((status for status in self.statuses if part in status), ""))
 
     def until(self, condition: Callable[[], Found]) -> Found:
-        """Listen until a condition holds; gives what it found."""
+        """Receive until a condition holds; returns its value."""
         deadline = time.monotonic() + PATIENCE
         while not (found := condition()):
             self._take(self._socket.recv(timeout=max(0.0, deadline - time.monotonic())))
         return found
 
     def settle(self) -> None:
-        """Listen until nothing comes any more."""
+        """Receive until nothing comes any more."""
         with contextlib.suppress(TimeoutError):
             while True:
                 self._take(self._socket.recv(timeout=QUIET))
 
-    def _say(self, **content: Any) -> None:
+    def _send(self, **content: Any) -> None:
         self._socket.send(json.dumps(content))
 
     def _take(self, data: str | bytes) -> None:
@@ -158,7 +158,7 @@ class Viewer:
             self.times += struct.unpack_from("<Q", data, 1)
         elif data[0] == _MESSAGE:
             subscription, at = struct.unpack_from("<IQ", data, 1)
-            self.messages.append(Told(self._topics[subscription], at, self._decoders[subscription](data[13:])))
+            self.messages.append(Received(self._topics[subscription], at, self._decoders[subscription](data[13:])))
 
 
 def _decoder(channel: dict[str, Any]) -> Callable[[bytes], Any]:
@@ -170,6 +170,6 @@ def _decoder(channel: dict[str, Any]) -> Callable[[bytes], Any]:
     return decoder
 
 
-def steps_of(messages: Iterable[Told]) -> list[int]:
-    """Numbers of the steps that were told."""
+def steps_of(messages: Iterable[Received]) -> list[int]:
+    """Numbers of the received steps."""
     return [message.content["step"] for message in messages if message.topic == "/step"]

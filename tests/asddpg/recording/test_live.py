@@ -1,4 +1,4 @@
-"""The live view, as a viewer has it who connects over a real socket."""
+"""The live view, over a real socket."""
 
 import math
 import threading
@@ -86,16 +86,16 @@ def viewer(show: Show) -> Iterator[Viewer]:
 
 @pytest.fixture
 def training() -> Iterator[Show]:
-    """As a training shows itself: nobody steers."""
+    """As in a training: without steering."""
     show = Show(is_steered=False)
     yield show
     show.close()
 
 
 def pause_after(step: int, viewer: Viewer) -> None:
-    """Pause in the middle of an episode: ten steps a second, so that it is not over before the viewer has spoken."""
+    """Pause in the middle of an episode: ten steps a second, so that it is not over before the request."""
     viewer.set("/speed", 2)
-    viewer.next("/step", lambda told: told["step"] == step)
+    viewer.next("/step", lambda message: message["step"] == step)
     viewer.set("/paused", True)
     viewer.settle()
 
@@ -125,7 +125,7 @@ def test_playing_waits_for_a_viewer(show: Show) -> None:
         viewer.until(lambda: show.episodes > 0)
 
 
-def test_who_comes_in_the_middle_of_an_episode_gets_what_went_before(show: Show, viewer: Viewer) -> None:
+def test_a_late_subscriber_gets_the_full_state(show: Show, viewer: Viewer) -> None:
     viewer.watch("/step", "/odom")
     viewer.set("/driver", "controller")
     pause_after(5, viewer)
@@ -142,7 +142,7 @@ def test_who_comes_in_the_middle_of_an_episode_gets_what_went_before(show: Show,
         assert joints == step["step"] + 1
 
 
-def test_nobody_connected_costs_nothing() -> None:
+def test_without_viewers_a_step_costs_next_to_nothing() -> None:
     environment = nav_complex()
     observation, info = environment.reset()
     live = LiveView(navigation_env(environment), 0, 0.0)
@@ -158,7 +158,7 @@ def test_nobody_connected_costs_nothing() -> None:
 # Steering ---------------------------------------------------------------------------------------------------------
 
 
-def test_the_viewer_chooses_who_drives(viewer: Viewer) -> None:
+def test_the_viewer_chooses_the_driver(viewer: Viewer) -> None:
     viewer.watch("/step")
     assert viewer.next("/step")["driver"] == "policy"
     viewer.set("/driver", "controller")
@@ -185,7 +185,7 @@ def test_the_viewer_chooses_who_drives(viewer: Viewer) -> None:
         ("/nonsense", 1, "there is no parameter '/nonsense'; there are /paused"),
     ],
 )
-def test_what_makes_no_sense_is_refused_in_a_sentence(viewer: Viewer, name: str, value: Any, sentence: str) -> None:
+def test_an_invalid_parameter_is_refused_in_a_sentence(viewer: Viewer, name: str, value: Any, sentence: str) -> None:
     before = {each: value for each, value in viewer.ask().items() if each != "/goal"}
     viewer.set(name, value)
     viewer.status(sentence)
@@ -194,8 +194,8 @@ def test_what_makes_no_sense_is_refused_in_a_sentence(viewer: Viewer, name: str,
 
 def test_the_viewer_pauses_and_goes_step_by_step(viewer: Viewer) -> None:
     viewer.watch("/step")
-    viewer.set("/speed", 2)  # so that the episode is not over before the viewer has spoken
-    viewer.next("/step", lambda told: told["step"] == 3)
+    viewer.set("/speed", 2)  # so that the episode is not over before the request
+    viewer.next("/step", lambda message: message["step"] == 3)
     viewer.set("/step_once", True)
     assert viewer.parameters["/paused"] is True
     viewer.settle()
@@ -212,7 +212,7 @@ def test_the_viewer_pauses_and_goes_step_by_step(viewer: Viewer) -> None:
     viewer.next("/step")
 
 
-def test_step_by_step_an_episode_ends_is_told_its_outcome_and_the_next_one_begins(viewer: Viewer) -> None:
+def test_step_by_step_an_episode_ends_with_its_outcome_and_the_next_one_begins(viewer: Viewer) -> None:
     viewer.watch("/step", "/outcome", "/goal")
     pause_after(EPISODE - 3, viewer)
     at = steps_of(viewer.messages)[-1]
@@ -271,7 +271,7 @@ def test_a_click_moves_the_goal_at_once(viewer: Viewer, topic: str, content: Any
     step = viewer.next("/step", lambda step: step["step"] == before + 1)
     place = viewer.of("/odom")[-1].pose.position
     assert step["distance"] == pytest.approx(math.dist((place.x, place.y), (3.25, -2.5)), abs=1e-2)
-    # It turns on the spot: no way was made, wherever the goal was before.
+    # It turns on the spot: no progress was made, wherever the goal was before.
     assert abs(step["terms"]["progress"]) < 0.05
 
 
@@ -290,7 +290,7 @@ def test_a_click_in_a_view_that_follows_the_robot(viewer: Viewer) -> None:
     ("topic", "content", "sentence"),
     [
         ("/clicked_point", {"point": {"x": 40, "y": 0}}, "a goal must lie in the room, x from"),
-        ("/clicked_point", {"point": {"x": 0, "y": 2}}, "there is an obstacle"),
+        ("/clicked_point", {"point": {"x": 0, "y": 2}}, "a goal must lie on free floor"),
         ("/clicked_point", {"header": {"frame_id": "map"}, "point": {"x": 0, "y": 0}}, "the frame world or base"),
         ("/clicked_point", {"place": 1}, "a goal is a message such as"),
         ("/clicked_point", [1, 2], "a goal is a message such as"),
@@ -299,9 +299,7 @@ def test_a_click_in_a_view_that_follows_the_robot(viewer: Viewer) -> None:
         ("/initialpose", CLICK, "there is no subscriber to /initialpose; goals are taken from /clicked_point"),
     ],
 )
-def test_a_goal_that_cannot_be_is_refused_in_a_sentence(
-    viewer: Viewer, topic: str, content: Any, sentence: str
-) -> None:
+def test_an_invalid_goal_is_refused_in_a_sentence(viewer: Viewer, topic: str, content: Any, sentence: str) -> None:
     viewer.watch("/step")
     viewer.next("/step")
     viewer.publish(topic, content)
@@ -321,7 +319,7 @@ def test_the_goal_is_a_parameter_too(viewer: Viewer) -> None:
 # Training ---------------------------------------------------------------------------------------------------------
 
 
-def test_a_training_waits_for_nobody(training: Show) -> None:
+def test_a_training_waits_for_no_viewer(training: Show) -> None:
     deadline = time.monotonic() + 60
     while training.episodes < 2:
         assert time.monotonic() < deadline
@@ -334,7 +332,7 @@ def test_a_training_waits_for_nobody(training: Show) -> None:
         paused_at = training.episodes
         viewer.settle()
         assert training.episodes == paused_at
-    while training.episodes < paused_at + 2:  # who is gone holds nobody up
+    while training.episodes < paused_at + 2:  # without viewers it goes on
         assert time.monotonic() < deadline + 60
         time.sleep(0.01)
 
@@ -350,7 +348,7 @@ def test_a_training_is_not_steered(training: Show) -> None:
         assert viewer.next("/step")["driver"] == "policy"
 
 
-def test_being_watched_changes_nothing_that_is_learned(tmp_path: Path, tiny_run: Path) -> None:
+def test_a_live_view_changes_no_training(tmp_path: Path, tiny_run: Path) -> None:
     port, seen = free_port(), []
 
     def watch() -> None:
@@ -368,7 +366,7 @@ def test_being_watched_changes_nothing_that_is_learned(tmp_path: Path, tiny_run:
         assert (tmp_path / "run" / name).read_bytes() == (tiny_run / name).read_bytes()
 
 
-def test_a_port_in_use_is_told_in_a_sentence_and_nothing_is_made(tmp_path: Path, training: Show) -> None:
+def test_a_port_in_use_is_one_sentence_and_no_run_folder_is_made(tmp_path: Path, training: Show) -> None:
     with pytest.raises(UserError, match=r"port \d+ cannot be served at: Address already in use; choose another port="):
         train.main([f"run_dir={tmp_path / 'run'}", "live=true", f"port={training.live.port}"])
     assert not list(tmp_path.iterdir())
