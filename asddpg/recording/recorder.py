@@ -8,7 +8,7 @@ from typing import Any, SupportsFloat
 
 from asddpg.episodes.loop import count_step
 from asddpg.episodes.protocols import Episode, Observation, Step
-from asddpg.recording.files.recording_file import RecordingFile
+from asddpg.recording.files.recording_file import RecordingFile, pack_config
 from asddpg.recording.messages.channels import Channels
 from asddpg.recording.messages.publisher import Publisher
 from asddpg.recording.messages.scan_pose_messages import PoseEncoder
@@ -82,7 +82,8 @@ class Recorder:
             counts_steps: whether the observed steps are training steps.
             cameras: their pictures are recorded too.
         """
-        self._folder, self._provenance, self._selection, self._notify = folder, provenance, selection, notify
+        self._folder, self._facts, self._selection, self._notify = folder, provenance.facts, selection, notify
+        self._config = pack_config(provenance.config)
         is_video = cameras is not None and cameras.is_video
         model = environment.physics.model.ptr
         self._channels = Channels(cameras.names if cameras else (), is_video)
@@ -92,6 +93,7 @@ class Recorder:
         self._kept = deque(sorted(folder.glob("*.mcap")))
         self._file: RecordingFile | None = None
         self._samples: list[Sample] = []  # not yet written
+        self._driven: list[Step] = []  # of the episode
         self._steps, self._episodes = first_step, first_episode
         self._counts_steps = counts_steps
         self._has_failed = False
@@ -102,7 +104,7 @@ class Recorder:
         """Begin a file, if this episode is chosen."""
         self._episodes += 1
         if self._selection.chosen(self._episodes):
-            self._stats, self._info, self._number = Episode(), info, -1
+            self._start_info, self._driven = info, []
             self._samples = [self._sampler.sample(-1, None, observation)]
             self._file = self._begin_file(info)
 
@@ -110,9 +112,9 @@ class Recorder:
         """Take a sample, and write a batch when it is full."""
         self._steps += self._counts_steps
         if self._file is not None:
-            self._number += 1
-            self._samples.append(self._sampler.sample(self._number, step, step.next_observation))
-            if (self._number + 1) % BATCH_STEPS == 0:
+            self._samples.append(self._sampler.sample(len(self._driven), step, step.next_observation))
+            self._driven.append(step)
+            if len(self._driven) % BATCH_STEPS == 0:
                 self._try(self._write_batch)
 
     def end_episode(self, episode: Episode) -> None:
@@ -123,8 +125,11 @@ class Recorder:
     def close(self) -> None:
         """Complete the file of an episode that was interrupted."""
         if self._file is not None:
-            self._publish()
-            self.end_episode(self._stats)
+            stats, info = Episode(), self._start_info
+            for step in self._driven:
+                count_step(stats, step, info)
+                info = step.info
+            self.end_episode(stats)
 
     # Files --------------------------------------------------------------------------------------------------------
 
@@ -133,8 +138,8 @@ class Recorder:
         # Exact: JSON gives a double back to the last bit.
         facts |= {name: encode_json(list(info[name])).decode() for name in ("start", "goal")}
         name = f"{self._steps:08d}_{self._episodes:05d}"
-        metadata = {**self._provenance.facts, **facts}
-        return RecordingFile(self._folder, name, self._channels.context, metadata, self._provenance.config)
+        metadata = {**self._facts, **facts}
+        return RecordingFile(self._folder, name, self._channels.context, metadata, self._config)
 
     def _write_batch(self) -> None:
         assert self._file is not None
@@ -145,10 +150,6 @@ class Recorder:
         samples, self._samples = self._samples, []
         if samples:
             self._publisher.publish(samples)
-        for sample in samples:
-            if sample.step is not None:
-                count_step(self._stats, sample.step, self._info)
-                self._info = sample.step.info
 
     def _complete(self, episode: Episode) -> None:
         assert self._file is not None

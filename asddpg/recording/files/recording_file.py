@@ -19,17 +19,30 @@ METADATA = "asddpg"  # name of the metadata record
 CONFIG = "config.yaml.gz"  # name of the attachment
 MCAP, PART = ".mcap", ".part"
 
-_IN_PROGRESS = MCAPWriteOptions(use_chunks=False, compression=None)
+# Without all that only a summary needs.
+_IN_PROGRESS = MCAPWriteOptions(
+    use_chunks=False,
+    compression=None,
+    emit_statistics=False,
+    repeat_channels=False,
+    repeat_schemas=False,
+    calculate_data_section_crc=False,
+)
 # Chunks of some 80 steps: smaller ones take more disk space, larger ones lose more where a file is damaged. A higher
 # level makes files of this size no smaller.
-_COMPLETE = MCAPWriteOptions(chunk_size=200_000, compression_level=2, compression_threads=0, emit_summary_offsets=False)
+_COMPLETE = MCAPWriteOptions(chunk_size=200_000, compression_level=1, compression_threads=0, emit_summary_offsets=False)
+
+
+def pack_config(config: str) -> bytes:
+    """A configuration, YAML, as it is attached: MCAP does not compress attachments."""
+    return gzip.compress(config.encode(), mtime=0)
 
 
 class RecordingFile:
     """Takes the messages that are logged on a context until it is completed or dropped."""
 
     def __init__(
-        self, folder: Path, stem: str, context: foxglove.Context, metadata: Mapping[str, str], config: str
+        self, folder: Path, stem: str, context: foxglove.Context, metadata: Mapping[str, str], config: bytes
     ) -> None:
         """Begin a recording; files are made later.
 
@@ -38,7 +51,7 @@ class RecordingFile:
             stem: their name without endings.
             context: whose messages they take.
             metadata: of the recording.
-            config: the configuration as YAML.
+            config: the configuration, packed.
         """
         self._folder, self._stem = folder, stem
         self._part, self._new = folder / f"{stem}{MCAP}{PART}", folder / f"{stem}{MCAP}.new"
@@ -47,10 +60,9 @@ class RecordingFile:
             foxglove.open_mcap(content, context=context, writer_options=options)
             for content, options in ((self._part_content, _IN_PROGRESS), (self._content, _COMPLETE))
         )
-        packed = gzip.compress(config.encode(), mtime=0)  # MCAP does not compress attachments
         for writer in (self._part_writer, self._writer):
             writer.write_metadata(METADATA, dict(metadata))
-            writer.attach(create_time=0, log_time=0, name=CONFIG, media_type="application/gzip", data=packed)
+            writer.attach(create_time=0, log_time=0, name=CONFIG, media_type="application/gzip", data=config)
         self._part_file: IO[bytes] | None = None
         self._written = 0  # bytes of the part
 

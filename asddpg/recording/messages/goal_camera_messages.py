@@ -13,7 +13,7 @@ _GRID = 4096.0  # steps a metre
 
 def round_to_grid(values: npt.NDArray[np.floating]) -> FloatArray:
     """Numbers rounded to 1/4096 (0.12 mm off): the lower bytes of such a double are zeros, which compress well."""
-    rounded: FloatArray = np.rint(values * _GRID) / _GRID + 0.0  # without the sign of −0
+    rounded: FloatArray = np.rint(values * np.float64(_GRID)) / _GRID + 0.0  # without the sign of −0
     return rounded
 
 

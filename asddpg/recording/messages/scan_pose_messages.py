@@ -9,6 +9,7 @@ from foxglove.messages import FrameTransform, FrameTransforms, LaserScan, Odomet
 
 from asddpg.recording.messages.goal_camera_messages import make_timestamp, round_to_grid
 from asddpg.recording.messages.scene_messages import Point
+from asddpg.recording.messages.template import MessageTemplate
 from asddpg.recording.samples import Sample
 from tasks.constants import FIELD_OF_VIEW, MAX_RANGE
 from tasks.scene.frames import BodyFrames
@@ -37,6 +38,7 @@ class PoseEncoder:
         num_scans, self._num_beams = scan_shape
         self._frames, self._base = frames, frames.index(_ROBOT)
         self._goal_offset = 3 * 8 * int(frames.bodies[frames.index(_GOAL)])  # bytes into xpos
+        self._transforms = MessageTemplate(self._make_transforms, 7 * len(frames.frames))
         self._velocity = slice(num_scans * self._num_beams, num_scans * self._num_beams + 2)
 
     def read_goal(self, sample: Sample) -> Point:
@@ -49,19 +51,21 @@ class PoseEncoder:
         observations = np.array([sample.observation for sample in samples])
         poses = self._frames.relative([sample.positions + sample.quaternions for sample in samples])
         ranges = np.rint((observations[:, : self._num_beams] + 0.5) * (MAX_RANGE * _RANGE_GRID)) / _RANGE_GRID
-        velocities = round_to_grid(observations[:, self._velocity].astype(np.float64))
-        numbers = (round_to_grid(poses).tolist(), velocities.tolist(), ranges.tolist())
-        for time, placed, velocity, beams in zip(times, *numbers, strict=True):
-            stamp, base = make_timestamp(time), placed[self._base]
+        poses = round_to_grid(poses[..., [0, 1, 2, 4, 5, 6, 3]])  # as in Foxglove's messages, w is last
+        motions = np.concatenate((poses[:, self._base], round_to_grid(observations[:, self._velocity])), axis=1)
+        numbers = poses.reshape(len(samples), -1).tolist(), motions.tolist(), ranges.tolist()
+        for time, frames, motion, beams in zip(times, *numbers, strict=True):
+            stamp = make_timestamp(time)
             yield PoseMessages(
-                self._transforms(stamp, placed).encode(),
+                self._transforms.fill(time, frames),
                 _laser_scan(stamp, beams).encode(),
-                _odometry(stamp, base, velocity).encode(),
-                (base[0], base[1]),
+                _odometry(stamp, motion).encode(),
+                (motion[0], motion[1]),
             )
 
-    def _transforms(self, stamp: Timestamp, poses: Sequence[Sequence[float]]) -> FrameTransforms:
+    def _make_transforms(self, stamp: Timestamp, numbers: Sequence[float]) -> FrameTransforms:
         """All frames in one message: after a seek a viewer gets only the last message of a topic."""
+        poses = np.reshape(numbers, (-1, 7)).tolist()
         return FrameTransforms(
             transforms=[
                 FrameTransform(
@@ -71,7 +75,7 @@ class PoseEncoder:
                     translation=Vector3(x=x, y=y, z=z),
                     rotation=Quaternion(x=i, y=j, z=k, w=w),
                 )
-                for frame, (x, y, z, w, i, j, k) in zip(self._frames.frames, poses, strict=True)
+                for frame, (x, y, z, i, j, k, w) in zip(self._frames.frames, poses, strict=True)
             ]
         )
 
@@ -84,10 +88,9 @@ def _laser_scan(stamp: Timestamp, ranges: list[float]) -> LaserScan:
     )
 
 
-def _odometry(stamp: Timestamp, pose: Sequence[float], velocity: Sequence[float]) -> Odometry:
-    """Pose of the base in the world, (x, y, z, w, i, j, k), and (v, ω) in its own frame: m/s, rad/s."""
-    x, y, z, w, i, j, k = pose
-    linear, angular = velocity
+def _odometry(stamp: Timestamp, motion: Sequence[float]) -> Odometry:
+    """The base's pose in the world, (x, y, z, i, j, k, w), then (v, ω) in its own frame: m/s, rad/s."""
+    x, y, z, i, j, k, w, linear, angular = motion
     return Odometry(
         timestamp=stamp,
         frame_id=WORLD,

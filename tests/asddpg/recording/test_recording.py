@@ -8,7 +8,7 @@ import subprocess
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +19,15 @@ import yaml
 from foxglove.messages import (
     CompressedImage,
     CompressedVideo,
+    FrameTransform,
     FrameTransforms,
     LaserScan,
     Log,
     Odometry,
     PoseInFrame,
     SceneUpdate,
+    Timestamp,
+    Vector3,
 )
 from google.protobuf.descriptor_pb2 import FileDescriptorSet
 from mcap.records import Schema
@@ -42,6 +45,7 @@ from asddpg.recording.files.reading import Recording, open_recording
 from asddpg.recording.messages.channels import compact
 from asddpg.recording.messages.path_message import DRIVER_COLOURS, OTHER_COLOUR, PATH_HEIGHT, PATH_WIDTH, PathMessage
 from asddpg.recording.messages.step_message import read_reward
+from asddpg.recording.messages.template import MessageTemplate
 from asddpg.recording.messages.topics import CMD_VEL_SCHEMA, OUTCOME_SCHEMA, STEP_SCHEMA
 from asddpg.recording.recorder import BATCH_STEPS, Provenance, Recorder, Selection, every_nth
 from tasks.scene.frames import BodyFrames
@@ -407,6 +411,20 @@ def test_size_on_disk(recording: Recording) -> None:
 
 
 # Parts --------------------------------------------------------------------------------------------------------------
+
+
+def test_a_filled_template_equals_the_message_of_its_numbers() -> None:
+    def make(stamp: Timestamp, numbers: Sequence[float]) -> FrameTransforms:
+        vectors = [Vector3(x=x, y=y, z=z) for x, y, z in (numbers[:3], numbers[3:])]
+        return FrameTransforms(transforms=[FrameTransform(timestamp=stamp, translation=each) for each in vectors])
+
+    template, decode = MessageTemplate(make, 6), decoder_for(FrameTransforms)
+    for time_ns in (0, 200_000_000, 4_000_123_456_789):
+        numbers = [0.0, -1.5, 1e-3, 2.0, 0.0, 1e9]  # protobuf leaves zeros out
+        found = decode(template.fill(time_ns, numbers)).transforms
+        for each, expected in zip(found, (numbers[:3], numbers[3:]), strict=True):
+            assert [each.translation.x, each.translation.y, each.translation.z] == expected
+            assert each.timestamp.seconds * 10**9 + each.timestamp.nanos == time_ns
 
 
 def test_compact_schemas_describe_the_same_messages() -> None:
