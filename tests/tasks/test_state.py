@@ -118,12 +118,13 @@ def test_a_state_goes_through_files_into_another_process(tmp_path: Path) -> None
     process.join()
 
 
+@EVERY_TASK
 @pytest.mark.parametrize("make_copy", COPIES.values(), ids=COPIES)
 def test_a_copy_of_an_environment_that_has_rendered_goes_on_equal_and_renders_itself(
-    make_copy: Callable[..., Any],
+    make_copy: Callable[..., Any], name: str
 ) -> None:
     options: dict[str, Any] = {"render_mode": "rgb_array", "width": 64, "height": 48}
-    environment = make("nav_complex", **options)
+    environment = make(name, **options)
     environment.reset(seed=5)
     drive(environment, 3)
     environment.render()
