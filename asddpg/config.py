@@ -80,7 +80,7 @@ class WithdrawalConfig:
 
 
 @dataclass
-class LearningConfig:
+class AgentConfig:
     """How AsDDPG learns."""
 
     name: str = "asddpg"
@@ -188,7 +188,7 @@ class TrainConfig:
     task: TaskConfig = field(default_factory=TaskConfig)
     reward: Reward = field(default_factory=lambda: replace(REWARDS["sparse"]))
     network: NetworkConfig = field(default_factory=NetworkConfig)
-    agent: LearningConfig = field(default_factory=LearningConfig)
+    agent: AgentConfig = field(default_factory=AgentConfig)
     controller: ControllerConfig = field(default_factory=ControllerConfig)
     exploration: ExplorationConfig = field(default_factory=ExplorationConfig)
     validation: ValidationConfig = field(default_factory=ValidationConfig)
@@ -285,7 +285,7 @@ def _check_convolutions(config: TrainConfig) -> None:
 _ASSISTANCE_ONLY = ("imitation", "critic_follows_switch", "balanced_batches", "controller_price", "charge_critic")
 
 
-def _check_assistance(agent: LearningConfig) -> None:
+def _check_assistance(agent: AgentConfig) -> None:
     idle = [] if agent.assisted else [name for name in _ASSISTANCE_ONLY if getattr(agent, name)]
     if idle:
         raise UserError(f"agent.{idle[0]} needs a controller: agent.assisted=true, or agent.{idle[0]} off")
@@ -297,7 +297,7 @@ def _check_assistance(agent: LearningConfig) -> None:
         raise UserError(f"agent.withdrawal.begin, {begin}, must not come after .end, {end}")
 
 
-def _check_buffer(agent: LearningConfig) -> None:
+def _check_buffer(agent: AgentConfig) -> None:
     for name, value in (("batch_size", agent.batch_size), ("learning_starts", agent.learning_starts)):
         if value > agent.buffer_size:
             raise UserError(f"agent.{name} must be at most agent.buffer_size, {agent.buffer_size}, not {value}")

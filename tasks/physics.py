@@ -1,4 +1,4 @@
-"""The one place that knows MuJoCo's indices: named readings of a scene, in SI units, as copies."""
+"""The one place that knows MuJoCo's indices: named readings in SI units, as copies, and which contact is a crash."""
 
 import math
 import zlib

@@ -20,7 +20,7 @@ from asddpg.algorithm.schedules import Withdrawal, learning_rate_scale
 from asddpg.episodes.protocols import Action, Controller, Decision, Driver, Observation, StatefulController, Step
 
 if TYPE_CHECKING:  # asddpg.config imports tasks, and with it mujoco, which an agent does without
-    from asddpg.config import LearningConfig
+    from asddpg.config import AgentConfig
 
 
 class AsDDPG:
@@ -29,7 +29,7 @@ class AsDDPG:
     def __init__(
         self,
         networks: Networks,
-        config: "LearningConfig",
+        config: "AgentConfig",
         replay: ReplayBuffer | BalancedReplay,
         noise: OrnsteinUhlenbeckNoise,
         controller: Controller | None,

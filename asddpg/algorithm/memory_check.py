@@ -9,7 +9,7 @@ from asddpg.algorithm.replay import TransitionLayout
 from asddpg.errors import UserError
 
 if TYPE_CHECKING:  # asddpg.config imports tasks, and with it mujoco, which an agent does without
-    from asddpg.config import LearningConfig
+    from asddpg.config import AgentConfig
 
 _BYTES = 4  # of a float32
 # Networks and targets, each flat, and once more while it is flattened; their gradients and Adam's two moments.
@@ -17,7 +17,7 @@ _COPIES = 8
 _HARMLESS = 2**26  # bytes; a smaller network is loaded, and loading reports what is wrong
 
 
-def check_memory(shape: NetworkShape, learning: "LearningConfig") -> None:
+def check_memory(shape: NetworkShape, learning: "AgentConfig") -> None:
     """UserError where weights or replay buffer are larger than this machine's memory."""
     branches = 2 + learning.assisted + learning.twin_critics
     _check(_COPIES * branches * branch_size(shape), "the networks take", "narrow network.widths")

@@ -12,7 +12,7 @@ import torch
 from asddpg.algorithm.agent import AsDDPG
 from asddpg.algorithm.networks import CONTROLLER, POLICY
 from asddpg.algorithm.reward_shaping import assisted_reward
-from asddpg.config import LearningConfig
+from asddpg.config import AgentConfig
 from asddpg.episodes.drivers import FixedDriver
 from asddpg.episodes.evaluation import StartGoalPair
 from asddpg.episodes.loop import run_episode
@@ -44,16 +44,14 @@ class _StepRecorder(Observer):
 
 
 def drive(
-    environment: gymnasium.Env, driver: FixedDriver, pairs: Sequence[StartGoalPair], config: LearningConfig
+    environment: gymnasium.Env, driver: FixedDriver, pairs: Sequence[StartGoalPair], config: AgentConfig
 ) -> list[Rollout]:
     """Drive one episode for each pair; `config` has the price of the controller's steps."""
     environment.reset(seed=0)  # of the laser's noise, where it has any
     return [_drive_pair(environment, driver, pair, config) for pair in pairs]
 
 
-def _drive_pair(
-    environment: gymnasium.Env, driver: FixedDriver, pair: StartGoalPair, config: LearningConfig
-) -> Rollout:
+def _drive_pair(environment: gymnasium.Env, driver: FixedDriver, pair: StartGoalPair, config: AgentConfig) -> Rollout:
     recorder = _StepRecorder()
     episode = run_episode(environment, driver, (recorder,), options={"start": pair.start, "goal": pair.goal})
     steps = [(step, step.decision) for step in recorder.steps]

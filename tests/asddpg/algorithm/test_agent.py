@@ -16,7 +16,7 @@ from asddpg.algorithm.losses import Batch, TargetRule, bellman_targets, critic_d
 from asddpg.algorithm.networks import Networks, NetworkShape
 from asddpg.algorithm.replay import ReplayBuffer, Transition
 from asddpg.algorithm.schedules import Withdrawal
-from asddpg.config import ExplorationConfig, LearningConfig, WithdrawalConfig
+from asddpg.config import AgentConfig, ExplorationConfig, WithdrawalConfig
 from asddpg.episodes.drivers import actor_alone
 from asddpg.episodes.loop import run_episode
 from asddpg.episodes.protocols import Action, Decision, Driver, Observation, Step
@@ -72,7 +72,7 @@ class Useless:
 def make_agent(controller: Any, seed: int = 0, shape: NetworkShape | None = None, **learning: Any) -> AsDDPG:
     assisted = controller is not None
     settings = FAST | {"critic_follows_switch": assisted, "imitation": float(assisted)} | learning
-    config = LearningConfig(learning_starts=100, actor_learning_rate=1e-3, gamma=0.5, assisted=assisted, **settings)
+    config = AgentConfig(learning_starts=100, actor_learning_rate=1e-3, gamma=0.5, assisted=assisted, **settings)
     shape = shape or NetworkShape(3, None, LOW.tolist(), HIGH.tolist(), (32, 32), twin_critics=config.twin_critics)
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)

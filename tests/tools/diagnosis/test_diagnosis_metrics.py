@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from asddpg.config import LearningConfig, TaskConfig, TrainConfig
+from asddpg.config import AgentConfig, TaskConfig, TrainConfig
 from asddpg.errors import UserError
 from tasks import Reward
 from tools.diagnosis.drive_metrics import End, drive_metrics, q_calibration
@@ -199,5 +199,5 @@ def test_the_rewards_bounds(reward: Reward, worst: float, best: float) -> None:
 
 
 def test_the_controllers_price_may_follow_too() -> None:
-    config = TrainConfig(reward=Reward(progress=0.0, time_penalty=0.05), agent=LearningConfig(controller_price=0.05))
+    config = TrainConfig(reward=Reward(progress=0.0, time_penalty=0.05), agent=AgentConfig(controller_price=0.05))
     assert tail_bounds(config).worst == pytest.approx(-10.0)
