@@ -122,7 +122,7 @@ def test_an_element_that_is_missing(tmp_path: Path, old: str, new: str, missing:
 
 def test_errors_of_physics_name_the_file(tmp_path: Path) -> None:
     between = f'{BEAMS}<gyro name="gyro" site="ray"/>{BEAMS.replace("00", "01")}'
-    assert "one after the other" in sentence(tmp_path / "bad.xml", WHOLE.replace(BEAMS, between))
+    assert "follow one another" in sentence(tmp_path / "bad.xml", WHOLE.replace(BEAMS, between))
 
 
 @pytest.mark.parametrize("name", ["nav_empty", "nav_gazebo"])
