@@ -196,7 +196,7 @@ class TrainConfig:
     seed: int = option(0, "Seed of all random streams of the run.", SEED)
     total_steps: int = option(100_000, "Control steps to train for.", POSITIVE)
     checkpoint_every: int = option(
-        10_000, "Steps between two checkpoints, from which resume= goes on; 0 for the last alone.", NOT_NEGATIVE
+        10_000, "Steps between two training states, for resume=; 0 writes the last one alone.", NOT_NEGATIVE
     )
     test_episodes: int = option(200, "Stored test pairs that the trained actor drives; 0 for none.", between(0, 200))
     run_dir: str | None = option(None, "Folder of the run; null makes runs/<time>_<task>_<agent>_seed<seed>.")
