@@ -93,7 +93,9 @@ class Recorder:
         self._kept = deque(sorted(folder.glob("*.mcap")))
         self._file: RecordingFile | None = None
         self._samples: list[Sample] = []  # not yet written
-        self._driven: list[Step] = []  # of the episode
+        self._number = -1  # of the last one
+        self._stats = Episode()  # up to the last one that was written
+        self._info: Mapping[str, Any] = {}  # of that one
         self._steps, self._episodes = first_step, first_episode
         self._counts_steps = counts_steps
         self._has_failed = False
@@ -104,17 +106,17 @@ class Recorder:
         """Begin a file, if this episode is chosen."""
         self._episodes += 1
         if self._selection.chosen(self._episodes):
-            self._start_info, self._driven = info, []
-            self._samples = [self._sampler.sample(-1, None, observation)]
+            self._stats, self._info, self._number = Episode(), info, -1
+            self._samples = [self._sampler.sample(self._number, None, observation)]
             self._file = self._begin_file(info)
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
         """Take a sample, and write a batch when it is full."""
         self._steps += self._counts_steps
         if self._file is not None:
-            self._samples.append(self._sampler.sample(len(self._driven), step, step.next_observation))
-            self._driven.append(step)
-            if len(self._driven) % BATCH_STEPS == 0:
+            self._number += 1
+            self._samples.append(self._sampler.sample(self._number, step, step.next_observation))
+            if (self._number + 1) % BATCH_STEPS == 0:
                 self._try(self._write_batch)
 
     def end_episode(self, episode: Episode) -> None:
@@ -125,11 +127,8 @@ class Recorder:
     def close(self) -> None:
         """Complete the file of an episode that was interrupted."""
         if self._file is not None:
-            stats, info = Episode(), self._start_info
-            for step in self._driven:
-                count_step(stats, step, info)
-                info = step.info
-            self.end_episode(stats)
+            self._try(self._publish)
+            self.end_episode(self._stats)
 
     # Files --------------------------------------------------------------------------------------------------------
 
@@ -150,6 +149,10 @@ class Recorder:
         samples, self._samples = self._samples, []
         if samples:
             self._publisher.publish(samples)
+        for sample in samples:  # here and not in each step, where the caches hold the simulator and the networks
+            if sample.step is not None:
+                count_step(self._stats, sample.step, self._info)
+                self._info = sample.step.info
 
     def _complete(self, episode: Episode) -> None:
         assert self._file is not None

@@ -43,6 +43,7 @@ class Sample(NamedTuple):
     seconds: float  # simulated, since the episode's beginning
     positions: bytes  # xpos of all bodies of the scene
     quaternions: bytes  # xquat
+    rotations: bytes  # xmat
     qpos: bytes
     qvel: bytes
     pictures: Mapping[str, bytes]  # by camera, encoded
@@ -58,12 +59,12 @@ class Sampler:
 
     def __init__(self, environment: RecordedEnvironment, cameras: PictureSource | None = None) -> None:
         self._data = data = environment.physics.data.ptr
-        self._arrays = data.xpos, data.xquat, data.qpos, data.qvel  # views that MuJoCo keeps up to date
+        self._arrays = data.xpos, data.xquat, data.xmat, data.qpos, data.qvel  # views that MuJoCo keeps up to date
         self._cameras = cameras
 
     def sample(self, number: int, step: Step | None, observation: Observation) -> Sample:
         """The present state, after a step of a number, or of number −1 and no step at an episode's beginning."""
-        positions, quaternions, qpos, qvel = self._arrays
+        positions, quaternions, rotations, qpos, qvel = self._arrays
         return Sample(
             number,
             step,
@@ -71,6 +72,7 @@ class Sampler:
             self._data.time,
             positions.tobytes(),
             quaternions.tobytes(),
+            rotations.tobytes(),
             qpos.tobytes(),
             qvel.tobytes(),
             self._cameras.take(is_first=step is None) if self._cameras else _NO_PICTURES,

@@ -13,12 +13,12 @@ from tasks.scene.shapes import WORLD, body_name, moves
 
 IntArray = npt.NDArray[np.int64]
 
-_CONJUGATE = np.array([1.0, -1.0, -1.0, -1.0])
-# Hamilton's table: component r of a product a·b is Σ a[p] b[q] over the p and q whose units give the unit r.
+# Hamilton's table for a*·b, a* the conjugate of a: component r is Σ a[p] b[q], with the table's sign, over the p and q
+# whose units give the unit r. Components of a and b: w, x, y, z, those of the product: x, y, z, w.
 _TABLE: FloatArray = np.zeros((4, 4, 4))  # p, r, q
-for _p, _row in enumerate(((1, 2, 3, 4), (2, -1, 4, -3), (3, -4, -1, 2), (4, 3, -2, -1))):
+for _p, _row in enumerate(((1, 2, 3, 4), (-2, 1, -4, 3), (-3, 4, 1, -2), (-4, -3, 2, 1))):
     for _q, _unit in enumerate(_row):
-        _TABLE[_p, abs(_unit) - 1, _q] = np.sign(_unit)
+        _TABLE[_p, abs(_unit) - 2, _q] = np.sign(_unit)
 _TABLE = _TABLE.reshape(4, 16)
 
 
@@ -60,23 +60,21 @@ class BodyFrames:
         return [frame.name for frame in self.frames].index(name)
 
     def relative(self, samples: Sequence[bytes]) -> FloatArray:
-        """Pose of each frame in its parent, at m instants: (m, n, 7), x, y, z in metres and the quaternion w, x, y, z.
+        """Pose of each frame in its parent, at m instants: (m, n, 7), x, y, z in metres and the quaternion x, y, z, w.
 
         Args:
-            samples: poses of all bodies of the scene in the world: bytes of xpos, then of xquat.
+            samples: poses of all bodies of the scene in the world: bytes of xpos, then of xquat, then of xmat.
         """
         m, n = len(samples), self.num_bodies
-        numbers = np.frombuffer(b"".join(samples)).reshape(m, 7 * n)
-        positions, quaternions = numbers[:, : 3 * n].reshape(m, n, 3), numbers[:, 3 * n :].reshape(m, n, 4)
-        to_parent = quaternions[:, self.parents] * _CONJUGATE
-        both = np.zeros((2, m, len(self.bodies), 4))  # offsets, as quaternions with w = 0, and rotations
-        both[0, ..., 1:] = positions[:, self.bodies] - positions[:, self.parents]
-        both[1] = quaternions[:, self.bodies]
-        offsets, turns = _product(to_parent, both)
-        return np.concatenate((_product(offsets, to_parent * _CONJUGATE)[..., 1:], turns), axis=-1)
-
-
-def _product(a: FloatArray, b: FloatArray) -> FloatArray:
-    """Products of quaternions w, x, y, z, each (..., 4)."""
-    product: FloatArray = ((a @ _TABLE).reshape(*a.shape, 4) @ b[..., None])[..., 0]
-    return product
+        numbers = np.frombuffer(b"".join(samples)).reshape(m, 16 * n)
+        positions, quaternions = numbers[:, : 3 * n].reshape(m, n, 3), numbers[:, 3 * n : 7 * n].reshape(m, n, 4)
+        rotations = numbers[:, 7 * n :].reshape(m, n, 3, 3)
+        offsets = positions[:, self.bodies] - positions[:, self.parents]
+        turns = (quaternions[:, self.parents] @ _TABLE).reshape(m, -1, 4, 4)
+        return np.concatenate(
+            (
+                (offsets[:, :, None] @ rotations[:, self.parents])[:, :, 0],
+                (turns @ quaternions[:, self.bodies, :, None])[..., 0],
+            ),
+            axis=-1,
+        )

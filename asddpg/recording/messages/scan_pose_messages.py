@@ -36,7 +36,7 @@ class PoseEncoder:
     def __init__(self, frames: BodyFrames, scan_shape: tuple[int, int]) -> None:
         """Encode these frames, and the scan of observations that begin with (scans, beams)."""
         num_scans, self._num_beams = scan_shape
-        self._frames, self._base = frames, frames.index(_ROBOT)
+        self._frames, self._base = frames, 7 * frames.index(_ROBOT)
         self._goal_offset = 3 * 8 * int(frames.bodies[frames.index(_GOAL)])  # bytes into xpos
         self._transforms = MessageTemplate(self._make_transforms, 7 * len(frames.frames))
         self._velocity = slice(num_scans * self._num_beams, num_scans * self._num_beams + 2)
@@ -49,15 +49,15 @@ class PoseEncoder:
     def encode(self, samples: Sequence[Sample], times: Sequence[int]) -> Iterator[PoseMessages]:
         """The messages of each sample; times of the messages in ns."""
         observations = np.array([sample.observation for sample in samples])
-        poses = self._frames.relative([sample.positions + sample.quaternions for sample in samples])
+        poses = self._frames.relative([sample.positions + sample.quaternions + sample.rotations for sample in samples])
+        velocities = observations[:, self._velocity]
+        numbers = round_to_grid(np.concatenate((poses.reshape(len(samples), -1), velocities), axis=1)).tolist()
         ranges = np.rint((observations[:, : self._num_beams] + 0.5) * (MAX_RANGE * _RANGE_GRID)) / _RANGE_GRID
-        poses = round_to_grid(poses[..., [0, 1, 2, 4, 5, 6, 3]])  # as in Foxglove's messages, w is last
-        motions = np.concatenate((poses[:, self._base], round_to_grid(observations[:, self._velocity])), axis=1)
-        numbers = poses.reshape(len(samples), -1).tolist(), motions.tolist(), ranges.tolist()
-        for time, frames, motion, beams in zip(times, *numbers, strict=True):
+        for time, row, beams in zip(times, numbers, ranges.tolist(), strict=True):
             stamp = make_timestamp(time)
+            motion = row[self._base : self._base + 7] + row[-2:]
             yield PoseMessages(
-                self._transforms.fill(time, frames),
+                self._transforms.fill(time, row[:-2]),
                 _laser_scan(stamp, beams).encode(),
                 _odometry(stamp, motion).encode(),
                 (motion[0], motion[1]),

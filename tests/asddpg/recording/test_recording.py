@@ -462,11 +462,11 @@ def test_relative_frames_compose_to_the_world_s() -> None:
     physics = navigation_env(environment).physics
     frames = BodyFrames.from_model(physics.model.ptr)
     data = physics.data.ptr
-    (places,) = frames.relative([data.xpos.tobytes() + data.xquat.tobytes()])
+    (places,) = frames.relative([data.xpos.tobytes() + data.xquat.tobytes() + data.xmat.tobytes()])
     in_world: dict[str, tuple[Any, Any]] = {"world": (np.zeros(3), np.eye(3))}
     for frame, place in zip(frames.frames, places, strict=True):
         position, turn = in_world[frame.parent]
-        w, x, y, z = place[3:]
+        x, y, z, w = place[3:]
         own = np.array(
             [
                 [1 - 2 * (y * y + z * z), 2 * (x * y - w * z), 2 * (x * z + w * y)],
