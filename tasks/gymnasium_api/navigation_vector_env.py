@@ -1,0 +1,282 @@
+"""The tasks as a vector environment: many robots at once."""
+
+import copy
+import os
+from collections.abc import Mapping, Sequence
+from functools import reduce
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
+
+from tasks.constants import MAX_RANGE
+from tasks.errors import TaskError
+from tasks.gymnasium_api.flat_observation import Float32Array
+from tasks.gymnasium_api.navigation_env import NavigationEnv
+from tasks.gymnasium_api.robot_batch import BoolArray, RobotBatch
+from tasks.physics import FloatArray
+from tasks.rewards import Outcome, no_reward
+
+_OUTCOMES = np.array([str(outcome) for outcome in Outcome], dtype=object)  # by code
+_RUNNING, _REACHED, _CRASHED, _TIMEOUT = range(4)
+_NONE = -1  # before the first reset
+
+BatchStep = tuple[Float32Array, FloatArray, BoolArray, BoolArray, dict[str, Any]]
+
+
+class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
+    """Robots of one task or of several, each in a scene of its own; an action is v in m/s and ω in rad/s.
+
+    Robot i equals the single environment of its seed to the last bit. `info` has the keys of NavigationEnv, an array
+    each with a row for each robot, and Gymnasium's masks.
+
+    Attributes:
+        envs: the environments whose robots these are; their physics may be read.
+    """
+
+    def __init__(
+        self,
+        task: str | Sequence[str],
+        num_envs: int = 1,
+        autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
+        num_threads: int | None = None,
+        **kwargs: Any,
+    ) -> None:
+        """Load the tasks.
+
+        Args:
+            task: one of tasks.ALL_TASKS, or one for each robot.
+            num_envs: robots.
+            autoreset_mode: what follows an episode's end: a reset with the next step, with the same, or by the caller.
+            num_threads: that move the robots; None takes one for each core of this process.
+            kwargs: of NavigationEnv.
+
+        Raises:
+            TaskError: an argument is out of range.
+        """
+        tasks = [task] * num_envs if isinstance(task, str) else [*task]
+        if num_envs < 1 or len(tasks) != num_envs:
+            raise TaskError(f"task must be one task or num_envs, {num_envs}, of them, not {len(tasks)}")
+        self.envs = _make_envs(tasks, kwargs)
+        first = self.envs[0]
+        self.num_envs, self.render_mode = num_envs, first.render_mode
+        self.autoreset_mode = AutoresetMode(autoreset_mode)
+        self.metadata = {**first.metadata, "autoreset_mode": self.autoreset_mode}
+        self.single_observation_space, self.single_action_space = first.observation_space, first.action_space
+        self.observation_space = batch_space(self.single_observation_space, num_envs)
+        self.action_space = batch_space(self.single_action_space, num_envs)
+        self._batch = RobotBatch(self.envs, num_threads or len(os.sched_getaffinity(0)))
+        self._observations = np.zeros(self.observation_space.shape, np.float32)
+        self._steps, self._outcomes = np.zeros(num_envs, np.int64), np.full(num_envs, _NONE)
+        self._starts = np.zeros((num_envs, 3))
+        self._terms = {name: np.zeros(num_envs) for name in no_reward()}
+        self._readings = self._batch.readings()
+
+    # Episodes -----------------------------------------------------------------------------------------------------
+
+    def reset(
+        self, *, seed: int | Sequence[int | None] | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Float32Array, dict[str, Any]]:
+        """Begin an episode with each robot.
+
+        Args:
+            seed: of robot 0, that of robot i is i more; or one for each robot; None continues the present streams.
+            options: `start` and `goal` of NavigationEnv, the same for all; `reset_mask`, bool (num_envs,), the robots
+                that begin an episode, in place of all.
+        """
+        seeds = [None] * self.num_envs if seed is None else seed
+        seeds = [seeds + robot for robot in range(self.num_envs)] if isinstance(seeds, int) else seeds
+        options = dict(options or {})
+        mask = np.asarray(options.pop("reset_mask", np.ones(self.num_envs, np.bool_)))
+        if len(seeds) != self.num_envs or mask.shape != (self.num_envs,) or mask.dtype != np.bool_ or not mask.any():
+            raise TaskError(f"reset takes {self.num_envs} seeds and a reset_mask of as many booleans, one of them true")
+        self._begin_episodes(mask, seeds, options)
+        return self._observations.copy(), _masked(self._info(), mask)
+
+    def _begin_episodes(self, mask: BoolArray, seeds: Sequence[int | None], options: dict[str, Any]) -> None:
+        self._batch.begin(lambda robot: self._begin_episode(robot, seeds[robot], options), np.flatnonzero(mask).tolist())
+        self._batch.finish()
+        self._readings = self._batch.readings()
+        for values in self._terms.values():
+            values[mask] = 0.0
+
+    def _begin_episode(self, robot: int, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
+        self._observations[robot], info = self.envs[robot].reset(seed=seed, options=options)
+        self._starts[robot] = info["start"]
+        self._steps[robot], self._outcomes[robot] = 0, _RUNNING
+
+    # Step ---------------------------------------------------------------------------------------------------------
+
+    def step(self, actions: FloatArray) -> BatchStep:
+        """Drive for one control step; `actions` are (v, ω) in m/s and rad/s, (num_envs, 2)."""
+        self.begin_step(actions)
+        return self.finish_step()
+
+    def begin_step(self, actions: FloatArray) -> None:
+        """Begin a step: the robots drive in threads until finish_step() waits for them.
+
+        Raises:
+            gymnasium.error.ResetNeeded: a robot has no episode in progress, and is not reset automatically.
+            TaskError: the actions have another shape.
+        """
+        if np.shape(actions) != (self.num_envs, 2):
+            raise TaskError(f"actions are two numbers for each of {self.num_envs} robots, not {np.shape(actions)}")
+        self._resetting = self._outcomes != _RUNNING
+        if self._resetting.any() and (_NONE in self._outcomes or self.autoreset_mode != AutoresetMode.NEXT_STEP):
+            raise gymnasium.error.ResetNeeded("a robot has no episode in progress: call reset() before step()")
+        resetting, commands = self._resetting.tolist(), np.asarray(actions, dtype=np.float64).tolist()
+
+        def act(robot: int) -> None:
+            if resetting[robot]:
+                self._begin_episode(robot)
+            else:
+                self._batch.drive(robot, commands[robot])
+
+        self._batch.begin(act, range(self.num_envs))
+
+    def finish_step(self) -> BatchStep:
+        """The step that was begun: observations, rewards, terminated, truncated, info."""
+        self._batch.finish()
+        previous, self._readings = self._readings, self._batch.readings()
+        driven = ~self._resetting
+        self._judge(driven)
+        self._reward(driven, previous.distance)
+        self._observe(driven)
+        ended, truncated = self._outcomes != _RUNNING, self._outcomes == _TIMEOUT
+        rewards = reduce(np.add, self._terms.values())
+        info = self._info()
+        if self.autoreset_mode == AutoresetMode.SAME_STEP and ended.any():
+            info = self._begin_next(ended, info)
+        everywhere = np.ones(self.num_envs, np.bool_)
+        return self._observations.copy(), rewards, ended & ~truncated, truncated, _masked(info, everywhere)
+
+    def _begin_next(self, ended: BoolArray, info: dict[str, Any]) -> dict[str, Any]:
+        """Begin the next episode where one has ended; returns the info of all robots, with the final ones."""
+        final = np.full(self.num_envs, None, dtype=object)
+        for robot in np.flatnonzero(ended):
+            final[robot] = self._observations[robot].copy()
+        self._begin_episodes(ended, [None] * self.num_envs, {})
+        return self._info() | {"final_obs": final, "final_info": info}
+
+    def _judge(self, driven: BoolArray) -> None:
+        """Outcomes, as Navigation.after_step() judges one."""
+        config = self.envs[0].task.config
+        self._steps += driven
+        outcomes = np.where(self._steps >= config.time_limit_steps, _TIMEOUT, _RUNNING)
+        outcomes[self._readings.distance <= config.goal_radius] = _REACHED
+        outcomes[self._batch.crashed] = _CRASHED
+        self._outcomes = np.where(driven, outcomes, _RUNNING)
+
+    def _reward(self, driven: BoolArray, previous_distance: FloatArray) -> None:
+        """Terms of the rewards, as Reward.terms() computes those of one robot."""
+        reward, outcomes = self.envs[0].task.reward, self._outcomes
+        on_the_way = driven & ((outcomes == _RUNNING) | (outcomes == _TIMEOUT))
+        progress = reward.progress * (previous_distance - self._readings.distance)
+        self._terms = {
+            "progress": np.where(on_the_way, progress, 0.0),
+            "time": np.where(on_the_way, -reward.time_penalty, 0.0),
+            "reach": np.where(outcomes == _REACHED, reward.reach, 0.0),
+            "crash": np.where(outcomes == _CRASHED, reward.crash, 0.0),
+        }
+
+    def _observe(self, driven: BoolArray) -> None:
+        """Observations of the robots that drove, as ScanStack.push() writes one."""
+        flat, (_, beams) = self._observations, self.envs[0].scan_shape
+        pushed = np.concatenate(
+            (
+                self._batch.ranges / MAX_RANGE - 0.5,
+                flat[:, : -4 - beams],
+                self._readings.velocity,
+                self._readings.goal,
+            ),
+            axis=1,
+            dtype=np.float32,
+            casting="same_kind",
+        )
+        self._observations = np.where(driven[:, None], pushed, flat)
+
+    def _info(self) -> dict[str, Any]:
+        terms = self._terms
+        return {
+            "pose": self._readings.pose,
+            "distance": self._readings.distance,
+            "pushed": self._batch.pushed.copy(),
+            "reward_terms": terms,
+            "dense_reward": terms["progress"] + terms["time"],
+            "start": self._starts.copy(),
+            "goal": self._batch.goals.copy(),
+            "outcome": _OUTCOMES[self._outcomes],
+            "is_success": self._outcomes == _REACHED,
+        }
+
+    # State ----------------------------------------------------------------------------------------------------------
+
+    def state(self) -> dict[str, Any]:
+        """Everything that the steps and episodes to come depend on: the state of each robot's environment."""
+        return {"envs": [self._env_state(robot) for robot in range(self.num_envs)]}
+
+    def _env_state(self, robot: int) -> dict[str, Any]:
+        state, outcome = self.envs[robot].state(), int(self._outcomes[robot])
+        if outcome == _NONE:
+            return state
+        terms = {name: float(values[robot]) for name, values in self._terms.items()}
+        judged = {"outcome": str(_OUTCOMES[outcome]), "reward_terms": terms, "steps": int(self._steps[robot])}
+        over = {"over": outcome != _RUNNING, "count": int(self._steps[robot])}
+        return state | {"task": state["task"] | judged, "observation": self._observations[robot].copy()} | over
+
+    def load_state(self, state: Mapping[str, Any]) -> tuple[Float32Array, dict[str, Any]]:
+        """Restore what state() returned: what follows is equal to the last bit.
+
+        Returns:
+            The observations and the `info` of that instant.
+
+        Raises:
+            TaskError: it is of other tasks, or of another number of robots.
+        """
+        if len(state["envs"]) != self.num_envs:
+            raise TaskError(f"the state is of {len(state['envs'])} robots, and the environment has {self.num_envs}")
+        for robot, (env, each) in enumerate(zip(self.envs, state["envs"], strict=True)):
+            self._observations[robot], _ = env.load_state(each)
+            task = each["task"]
+            self._steps[robot], self._starts[robot] = task["steps"], task["start"]
+            self._outcomes[robot] = [*Outcome].index(task["outcome"]) if each["begun"] else _NONE
+            for name, values in self._terms.items():
+                values[robot] = task["reward_terms"][name]
+            self._batch.read(robot)
+        self._readings = self._batch.readings()
+        return self._observations.copy(), _masked(self._info(), self._outcomes != _NONE)
+
+    # Pictures -----------------------------------------------------------------------------------------------------
+
+    def render(self) -> tuple[Any, ...] | None:
+        """A picture of each robot, uint8 (height, width, 3); None without a render mode."""
+        return None if self.render_mode is None else tuple(env.render() for env in self.envs)
+
+    def close_extras(self, **kwargs: Any) -> None:
+        """End the threads and free the renderers."""
+        self._batch.close()
+        for env in self.envs:
+            env.close()
+
+
+def _make_envs(tasks: Sequence[str], kwargs: Mapping[str, Any]) -> list[NavigationEnv]:
+    """An environment for each task; those of one task share what never changes, such as maps of free space."""
+    originals = {task: NavigationEnv(task, **kwargs) for task in dict.fromkeys(tasks)}
+    envs = []
+    for robot, task in enumerate(tasks):
+        original = originals[task]
+        is_first = tasks.index(task) == robot
+        envs.append(original if is_first else copy.deepcopy(original, {id(each): each for each in original.constants}))
+    return envs
+
+
+def _masked(info: dict[str, Any], mask: BoolArray) -> dict[str, Any]:
+    """The same info with Gymnasium's masks: `_<key>` says for which robots it holds."""
+    masked: dict[str, Any] = {}
+    for key, value in info.items():
+        own = value["_pose"] if key == "final_info" else mask
+        masked[key] = _masked(value, mask) if isinstance(value, dict) else value
+        masked[f"_{key}"] = own
+    return masked

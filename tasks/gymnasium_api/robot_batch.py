@@ -1,0 +1,114 @@
+"""Many robots, each in a scene of its own: physics in threads, readings and rewards of all of them at once in NumPy."""
+
+import math
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from tasks.gymnasium_api.navigation_env import NavigationEnv
+from tasks.physics import FloatArray
+
+BoolArray = npt.NDArray[np.bool_]
+IntArray = npt.NDArray[np.int64]
+
+
+class BatchReadings(NamedTuple):
+    """Of all robots at one instant, a robot a row.
+
+    Attributes:
+        pose: x, y (m) and yaw (rad), world frame, (n, 3).
+        velocity: forward speed (m/s) and turn rate (rad/s), (n, 2).
+        goal: ahead of (x) and to the left of (y) the robot, metres, (n, 2).
+        distance: to the goal, metres, (n,).
+    """
+
+    pose: FloatArray
+    velocity: FloatArray
+    goal: FloatArray
+    distance: FloatArray
+
+
+class RobotBatch:
+    """Moves the robots of environments in threads: MuJoCo releases Python's lock while it steps.
+
+    Attributes:
+        goals: world frame, metres, (n, 2).
+        ranges: the last scan of each robot, metres, (n, num_beams).
+        crashed: whether the robot touched an obstacle in the last step, (n,).
+        pushed: movable things that it touched in the last step, (n,).
+    """
+
+    def __init__(self, envs: Sequence[NavigationEnv], num_threads: int) -> None:
+        """Move the robots of these environments."""
+        count = len(envs)
+        self._envs = envs
+        self._substeps = envs[0].physics_steps
+        self._states = [env.physics.base_state() for env in envs]
+        self._positions, self._velocities = np.zeros((count, 7)), np.zeros((count, 6))  # qpos and qvel of the bases
+        self.goals = np.zeros((count, 2))
+        self.ranges = np.zeros((count, envs[0].scan_shape[1]))
+        self.crashed, self.pushed = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.int64)
+        self._num_threads = min(num_threads, count)
+        self._pool = ThreadPoolExecutor(self._num_threads, "robots")
+        self._working: list[Future[None]] = []
+
+    def begin(self, act: Callable[[int], None], robots: Iterable[int]) -> None:
+        """Begin to call `act` with each robot's number, in threads; read the robots when it is done."""
+        numbers = [*robots]
+        shares = [numbers[first :: self._num_threads] for first in range(self._num_threads)]
+        self._working = [self._pool.submit(self._work, act, share) for share in shares if share]
+
+    def finish(self) -> None:
+        """Wait for what begin() began; the first error is raised when all threads are done."""
+        working, self._working = self._working, []
+        errors = [error for each in working if (error := each.exception()) is not None]
+        if errors:
+            raise errors[0]
+
+    def _work(self, act: Callable[[int], None], robots: Sequence[int]) -> None:
+        for robot in robots:
+            act(robot)
+            self.read(robot)
+
+    def drive(self, robot: int, command: Sequence[float]) -> None:
+        """One control step of a robot; `command` is (v, ω) in m/s and rad/s."""
+        env = self._envs[robot]
+        env.task.before_step(command, env.physics)
+        env.physics.step(self._substeps)
+
+    def read(self, robot: int) -> None:
+        """Copy a robot's present state."""
+        env = self._envs[robot]
+        self._positions[robot], self._velocities[robot] = self._states[robot]
+        self.goals[robot] = env.physics.goal()
+        self.ranges[robot] = env.task.laser.ranges(env.physics)
+        self.crashed[robot] = env.physics.crashed()
+        self.pushed[robot] = env.physics.num_pushed()
+
+    def readings(self) -> BatchReadings:
+        """Pose, velocity and goal of all robots, to the last bit those of Physics.readings().
+
+        Elements of NumPy's sums and products equal Python's; those of its trigonometric functions do not.
+        """
+        x, y, _, qw, qx, qy, qz = self._positions.T
+        yaw = _map(math.atan2, 2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
+        cos, sin = _map(math.cos, yaw), _map(math.sin, yaw)
+        vx, vy, _, _, _, turn_rate = self._velocities.T
+        dx, dy = self.goals[:, 0] - x, self.goals[:, 1] - y
+        return BatchReadings(
+            np.stack((x, y, yaw), axis=1),
+            np.stack((vx * cos + vy * sin, turn_rate), axis=1),
+            np.stack((cos * dx + sin * dy, cos * dy - sin * dx), axis=1),
+            _map(math.hypot, dx, dy),
+        )
+
+    def close(self) -> None:
+        """End the threads; may be called again."""
+        self._pool.shutdown()
+
+
+def _map(function: Callable[..., float], *arrays: FloatArray) -> FloatArray:
+    return np.array([*map(function, *(array.tolist() for array in arrays))])
