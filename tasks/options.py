@@ -9,13 +9,17 @@ import math
 import reprlib
 import types
 import typing
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING
 from numbers import Integral, Real
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
 
 from tasks.errors import TaskError
+
+T = TypeVar("T")
 
 _LARGEST = 2**63  # no option needs such a whole number, and not every counter can hold it
 
@@ -113,6 +117,11 @@ class Option(NamedTuple):
                 return "within ±2^63"
         return "" if value is None or self.range is None or self.range.includes(value) else self.range.text
 
+    def check(self) -> None:
+        """TaskError where the value is not what it must be."""
+        if requirement := self.requirement(self.value):
+            raise TaskError(f"{self.name} must be {requirement}, not {reprlib.repr(self.value)}")
+
 
 def alternatives(kind: Any) -> tuple[Any, ...]:
     """The types that an option takes: int | None takes two."""
@@ -151,6 +160,38 @@ def check_options(config: Any) -> None:
     Raises:
         TaskError: the first that is out of range.
     """
-    for each in options_of(config):
-        if requirement := each.requirement(each.value):
-            raise TaskError(f"{each.name} must be {requirement}, not {reprlib.repr(each.value)}")
+    for each in dataclasses.fields(config):
+        setattr(config, each.name, _to_python(getattr(config, each.name)))
+    for each_option in options_of(config):
+        each_option.check()
+
+
+def check_value(name: str, value: Any, kind: Any, values: Range | None = None) -> Any:
+    """The value of an argument, a number of NumPy as one of Python; TaskError where it is out of range."""
+    value = _to_python(value)
+    Option(name, kind, value, "", values, True, "", object).check()
+    return value
+
+
+def _to_python(value: Any) -> Any:
+    """A number of NumPy as one of Python, which JSON knows; float32's 0.2 as 0.2."""
+    if isinstance(value, np.floating):
+        return float(str(value))
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def build_options(owner: type[T], name: str, value: Any) -> T:
+    """An object of a class of options: a copy, checked again, or one made of a mapping of its options by name.
+
+    Raises:
+        TaskError: neither; an unknown option; a value out of range.
+    """
+    names = [each.name for each in dataclasses.fields(typing.cast(Any, owner))]
+    if isinstance(value, owner):
+        return owner(**{each: getattr(value, each) for each in names})
+    if not isinstance(value, Mapping):
+        raise TaskError(f"{name} must be a {owner.__name__} or a mapping of its options, not {reprlib.repr(value)}")
+    for key in value:
+        if key not in names:
+            raise TaskError(f"{name} has no option {key!r}; there are {', '.join(names)}")
+    return owner(**value)

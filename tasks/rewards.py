@@ -37,7 +37,7 @@ class Reward:
             previous_distance: to the goal before the step, metres.
             distance: to the goal after the step, metres.
         """
-        terms = {"progress": 0.0, "time": 0.0, "reach": 0.0, "crash": 0.0}
+        terms = no_reward()
         if outcome is Outcome.CRASHED:
             terms["crash"] = self.crash
         elif outcome is Outcome.REACHED:
@@ -46,6 +46,11 @@ class Reward:
             terms["progress"] = self.progress * (previous_distance - distance)
             terms["time"] = -self.time_penalty
         return terms
+
+
+def no_reward() -> dict[str, float]:
+    """The terms before the first step."""
+    return {"progress": 0.0, "time": 0.0, "reach": 0.0, "crash": 0.0}
 
 
 def dense_part(terms: dict[str, float]) -> float:
