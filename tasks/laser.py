@@ -47,6 +47,11 @@ class Laser:
         self._waiting: deque[FloatArray] = deque(maxlen=int(self._late_steps) + 1)
         self._read_at = -1.0
 
+    @property
+    def is_perfect(self) -> bool:
+        """Whether it returns every range as it is, at once."""
+        return self.config.noise == self.config.dropout == self.config.latency == 0.0
+
     def state(self) -> dict[str, Any]:
         """The random stream of the noise and the delayed scans: plain values and arrays."""
         return {"rng": generator_state(self.rng), "waiting": list(self._waiting), "read_at": self._read_at}

@@ -177,9 +177,12 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         The turn rate is cut at the robot's limit here, a wheel's speed at its limit by the actuator.
         """
         half_turn = 0.5 * TRACK * min(max(angular, -TURN_RATE_LIMIT), TURN_RATE_LIMIT)
+        self.set_wheel_speeds((linear - half_turn) / WHEEL_RADIUS, (linear + half_turn) / WHEEL_RADIUS)
+
+    def set_wheel_speeds(self, left: float, right: float) -> None:
+        """Command the wheels' speeds, rad/s."""
         ctrl = self.data.ptr.ctrl
-        ctrl[self._wheels[0]] = (linear - half_turn) / WHEEL_RADIUS
-        ctrl[self._wheels[1]] = (linear + half_turn) / WHEEL_RADIUS
+        ctrl[self._wheels[0]], ctrl[self._wheels[1]] = left, right
 
     def set_pose(self, pose: Pose) -> None:
         """Put the base on the floor at `pose`, at rest and touching nothing yet."""
@@ -305,6 +308,14 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         mujoco.mj_forward(model, self._scratch)
         reading: FloatArray = self._scratch.sensor(name).data.copy()
         return reading
+
+    def views(self) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Views of the base's qpos, (7,), and qvel, (6,), and of the beams, (num_beams,): MuJoCo keeps them up to date.
+
+        A beam that meets nothing is negative.
+        """
+        qpos, qvel, data = self._base_qpos, self._base_qvel, self.data.ptr
+        return data.qpos[qpos : qpos + 7], data.qvel[qvel : qvel + 6], data.sensordata[self._ranges]
 
     def pose(self) -> Pose:
         """Pose of the base in the world frame."""

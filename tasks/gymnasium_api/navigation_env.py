@@ -13,7 +13,7 @@ from tasks.errors import TaskError
 from tasks.generator_state import generator_state, restored_generator
 from tasks.graphics.rendering import OffscreenRenderer, check_picture
 from tasks.gymnasium_api.flat_observation import SCANS, Float32Array, ScanStack
-from tasks.navigation import GOAL_BOUND, VELOCITY_BOUNDS, NavigationConfig
+from tasks.navigation import GOAL_BOUND, VELOCITY_BOUNDS, Navigation, NavigationConfig
 from tasks.options import Range, check_value
 from tasks.physics import FloatArray, Pose
 from tasks.registry import ALL_TASKS, load
@@ -102,6 +102,12 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
     def physics(self) -> Any:
         """The scene's Physics, for reading."""
         return self._physics
+
+    @property
+    def task(self) -> Navigation:
+        """The task, for reading."""
+        task: Navigation = self._task
+        return task
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -245,6 +251,7 @@ def register() -> None:
             gymnasium.register(
                 gymnasium_id(task_name),
                 entry_point=f"{__name__}:NavigationEnv",
+                vector_entry_point="tasks.gymnasium_api.navigation_vector_env:NavigationVectorEnv",
                 kwargs={"task": task_name},
                 # The environment checks both itself; the wrappers would cost a tenth of a step.
                 disable_env_checker=True,

@@ -1,6 +1,7 @@
 """The tasks as a vector environment: many robots at once."""
 
 import copy
+import math
 import os
 from collections.abc import Mapping, Sequence
 from functools import reduce
@@ -11,7 +12,7 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from tasks.constants import MAX_RANGE
+from tasks.constants import MAX_RANGE, TRACK, TURN_RATE_LIMIT, WHEEL_RADIUS
 from tasks.errors import TaskError
 from tasks.gymnasium_api.flat_observation import Float32Array
 from tasks.gymnasium_api.navigation_env import NavigationEnv
@@ -67,12 +68,15 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
         self.single_observation_space, self.single_action_space = first.observation_space, first.action_space
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
+        self._substeps = round(first.task.config.control_timestep / first.physics.timestep())
         self._batch = RobotBatch(self.envs, num_threads or len(os.sched_getaffinity(0)))
-        self._observations = np.zeros(self.observation_space.shape, np.float32)
+        self._observations: Float32Array = np.zeros((num_envs, math.prod(first.scan_shape) + 4), np.float32)
         self._steps, self._outcomes = np.zeros(num_envs, np.int64), np.full(num_envs, _NONE)
-        self._starts = np.zeros((num_envs, 3))
+        self._starts, self._goals = np.zeros((num_envs, 3)), np.zeros((num_envs, 2))
+        rewards = [env.task.reward for env in self.envs]  # tasks differ in theirs
+        self._reward_constants = np.array([(r.progress, r.time_penalty, r.reach, r.crash) for r in rewards]).T
         self._terms = {name: np.zeros(num_envs) for name in no_reward()}
-        self._readings = self._batch.readings()
+        self._readings = self._batch.readings(self._goals)
 
     # Episodes -----------------------------------------------------------------------------------------------------
 
@@ -96,15 +100,16 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
         return self._observations.copy(), _masked(self._info(), mask)
 
     def _begin_episodes(self, mask: BoolArray, seeds: Sequence[int | None], options: dict[str, Any]) -> None:
-        self._batch.begin(lambda robot: self._begin_episode(robot, seeds[robot], options), np.flatnonzero(mask).tolist())
+        self._batch.begin(
+            lambda robot: self._begin_episode(robot, seeds[robot], options), np.flatnonzero(mask).tolist()
+        )
         self._batch.finish()
-        self._readings = self._batch.readings()
-        for values in self._terms.values():
-            values[mask] = 0.0
+        self._readings = self._batch.readings(self._goals)
+        self._terms = {name: np.where(mask, 0.0, values) for name, values in self._terms.items()}
 
     def _begin_episode(self, robot: int, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
         self._observations[robot], info = self.envs[robot].reset(seed=seed, options=options)
-        self._starts[robot] = info["start"]
+        self._starts[robot], self._goals[robot] = info["start"], info["goal"]
         self._steps[robot], self._outcomes[robot] = 0, _RUNNING
 
     # Step ---------------------------------------------------------------------------------------------------------
@@ -126,39 +131,51 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
         self._resetting = self._outcomes != _RUNNING
         if self._resetting.any() and (_NONE in self._outcomes or self.autoreset_mode != AutoresetMode.NEXT_STEP):
             raise gymnasium.error.ResetNeeded("a robot has no episode in progress: call reset() before step()")
-        resetting, commands = self._resetting.tolist(), np.asarray(actions, dtype=np.float64).tolist()
+        resetting, speeds = self._resetting.tolist(), self._wheel_speeds(np.asarray(actions, dtype=np.float64))
 
         def act(robot: int) -> None:
             if resetting[robot]:
                 self._begin_episode(robot)
             else:
-                self._batch.drive(robot, commands[robot])
+                physics = self.envs[robot].physics
+                physics.set_wheel_speeds(*speeds[robot])
+                physics.step(self._substeps)
 
         self._batch.begin(act, range(self.num_envs))
 
     def finish_step(self) -> BatchStep:
         """The step that was begun: observations, rewards, terminated, truncated, info."""
         self._batch.finish()
-        previous, self._readings = self._readings, self._batch.readings()
+        previous, self._readings = self._readings, self._batch.readings(self._goals)
         driven = ~self._resetting
         self._judge(driven)
         self._reward(driven, previous.distance)
         self._observe(driven)
         ended, truncated = self._outcomes != _RUNNING, self._outcomes == _TIMEOUT
         rewards = reduce(np.add, self._terms.values())
-        info = self._info()
+        final: dict[str, Any] = {}
         if self.autoreset_mode == AutoresetMode.SAME_STEP and ended.any():
-            info = self._begin_next(ended, info)
-        everywhere = np.ones(self.num_envs, np.bool_)
-        return self._observations.copy(), rewards, ended & ~truncated, truncated, _masked(info, everywhere)
+            final = self._begin_next(ended)
+        info = _masked(self._info(), np.ones(self.num_envs, np.bool_))
+        return self._observations.copy(), rewards, ended & ~truncated, truncated, info | final
 
-    def _begin_next(self, ended: BoolArray, info: dict[str, Any]) -> dict[str, Any]:
-        """Begin the next episode where one has ended; returns the info of all robots, with the final ones."""
-        final = np.full(self.num_envs, None, dtype=object)
+    def _begin_next(self, ended: BoolArray) -> dict[str, Any]:
+        """Begin the next episode where one has ended; returns observations and info of the ends."""
+        observations = np.full(self.num_envs, None, dtype=object)
         for robot in np.flatnonzero(ended):
-            final[robot] = self._observations[robot].copy()
+            observations[robot] = self._observations[robot].copy()
+        info = _masked(self._info(), ended)
         self._begin_episodes(ended, [None] * self.num_envs, {})
-        return self._info() | {"final_obs": final, "final_info": info}
+        return {"final_obs": observations, "_final_obs": ended, "final_info": info, "_final_info": ended}
+
+    def _wheel_speeds(self, actions: FloatArray) -> list[list[float]]:
+        """Speeds of the left and the right wheel, rad/s, as Navigation.before_step() commands one robot's."""
+        config = self.envs[0].task.config
+        linear = np.clip(actions[:, 0], config.min_linear_velocity, config.max_linear_velocity)
+        angular = np.clip(actions[:, 1], -config.max_angular_velocity, config.max_angular_velocity)
+        half_turn = 0.5 * TRACK * np.clip(angular, -TURN_RATE_LIMIT, TURN_RATE_LIMIT)
+        speeds: list[list[float]] = (np.stack((linear - half_turn, linear + half_turn), axis=1) / WHEEL_RADIUS).tolist()
+        return speeds
 
     def _judge(self, driven: BoolArray) -> None:
         """Outcomes, as Navigation.after_step() judges one."""
@@ -171,14 +188,13 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
 
     def _reward(self, driven: BoolArray, previous_distance: FloatArray) -> None:
         """Terms of the rewards, as Reward.terms() computes those of one robot."""
-        reward, outcomes = self.envs[0].task.reward, self._outcomes
+        (progress, price, reach, crash), outcomes = self._reward_constants, self._outcomes
         on_the_way = driven & ((outcomes == _RUNNING) | (outcomes == _TIMEOUT))
-        progress = reward.progress * (previous_distance - self._readings.distance)
         self._terms = {
-            "progress": np.where(on_the_way, progress, 0.0),
-            "time": np.where(on_the_way, -reward.time_penalty, 0.0),
-            "reach": np.where(outcomes == _REACHED, reward.reach, 0.0),
-            "crash": np.where(outcomes == _CRASHED, reward.crash, 0.0),
+            "progress": np.where(on_the_way, progress * (previous_distance - self._readings.distance), 0.0),
+            "time": np.where(on_the_way, -price, 0.0),
+            "reach": np.where(outcomes == _REACHED, reach, 0.0),
+            "crash": np.where(outcomes == _CRASHED, crash, 0.0),
         }
 
     def _observe(self, driven: BoolArray) -> None:
@@ -186,7 +202,7 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
         flat, (_, beams) = self._observations, self.envs[0].scan_shape
         pushed = np.concatenate(
             (
-                self._batch.ranges / MAX_RANGE - 0.5,
+                self._batch.ranges() / MAX_RANGE - 0.5,
                 flat[:, : -4 - beams],
                 self._readings.velocity,
                 self._readings.goal,
@@ -206,7 +222,7 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
             "reward_terms": terms,
             "dense_reward": terms["progress"] + terms["time"],
             "start": self._starts.copy(),
-            "goal": self._batch.goals.copy(),
+            "goal": self._goals.copy(),
             "outcome": _OUTCOMES[self._outcomes],
             "is_success": self._outcomes == _REACHED,
         }
@@ -238,14 +254,15 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
         if len(state["envs"]) != self.num_envs:
             raise TaskError(f"the state is of {len(state['envs'])} robots, and the environment has {self.num_envs}")
         for robot, (env, each) in enumerate(zip(self.envs, state["envs"], strict=True)):
-            self._observations[robot], _ = env.load_state(each)
+            self._observations[robot], info = env.load_state(each)
             task = each["task"]
+            self._goals[robot] = info["goal"] if info else 0.0
             self._steps[robot], self._starts[robot] = task["steps"], task["start"]
             self._outcomes[robot] = [*Outcome].index(task["outcome"]) if each["begun"] else _NONE
             for name, values in self._terms.items():
                 values[robot] = task["reward_terms"][name]
             self._batch.read(robot)
-        self._readings = self._batch.readings()
+        self._readings = self._batch.readings(self._goals)
         return self._observations.copy(), _masked(self._info(), self._outcomes != _NONE)
 
     # Pictures -----------------------------------------------------------------------------------------------------
@@ -262,21 +279,15 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
 
 
 def _make_envs(tasks: Sequence[str], kwargs: Mapping[str, Any]) -> list[NavigationEnv]:
-    """An environment for each task; those of one task share what never changes, such as maps of free space."""
-    originals = {task: NavigationEnv(task, **kwargs) for task in dict.fromkeys(tasks)}
-    envs = []
-    for robot, task in enumerate(tasks):
-        original = originals[task]
-        is_first = tasks.index(task) == robot
-        envs.append(original if is_first else copy.deepcopy(original, {id(each): each for each in original.constants}))
+    """An environment for each; a copy costs a fraction of loading."""
+    loaded = {task: NavigationEnv(task, **kwargs) for task in dict.fromkeys(tasks)}
+    envs = [copy.deepcopy(loaded[task]) for task in tasks]
+    for env in envs:
+        env.np_random, env._np_random_seed = gymnasium.utils.seeding.np_random()  # the copies' are equal
     return envs
 
 
 def _masked(info: dict[str, Any], mask: BoolArray) -> dict[str, Any]:
     """The same info with Gymnasium's masks: `_<key>` says for which robots it holds."""
-    masked: dict[str, Any] = {}
-    for key, value in info.items():
-        own = value["_pose"] if key == "final_info" else mask
-        masked[key] = _masked(value, mask) if isinstance(value, dict) else value
-        masked[f"_{key}"] = own
-    return masked
+    values = {key: _masked(value, mask) if isinstance(value, dict) else value for key, value in info.items()}
+    return values | {f"_{key}": mask for key in info}

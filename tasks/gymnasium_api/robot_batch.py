@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
+from tasks.constants import MAX_RANGE, MIN_RANGE
 from tasks.gymnasium_api.navigation_env import NavigationEnv
 from tasks.physics import FloatArray
 
@@ -35,8 +36,6 @@ class RobotBatch:
     """Moves the robots of environments in threads: MuJoCo releases Python's lock while it steps.
 
     Attributes:
-        goals: world frame, metres, (n, 2).
-        ranges: the last scan of each robot, metres, (n, num_beams).
         crashed: whether the robot touched an obstacle in the last step, (n,).
         pushed: movable things that it touched in the last step, (n,).
     """
@@ -44,12 +43,12 @@ class RobotBatch:
     def __init__(self, envs: Sequence[NavigationEnv], num_threads: int) -> None:
         """Move the robots of these environments."""
         count = len(envs)
-        self._envs = envs
-        self._substeps = envs[0].physics_steps
-        self._states = [env.physics.base_state() for env in envs]
+        self._physics = [env.physics for env in envs]
+        self._lasers = [env.task.laser for env in envs]
+        self._is_perfect = envs[0].task.laser.is_perfect
+        self._views = [physics.views() for physics in self._physics]
         self._positions, self._velocities = np.zeros((count, 7)), np.zeros((count, 6))  # qpos and qvel of the bases
-        self.goals = np.zeros((count, 2))
-        self.ranges = np.zeros((count, envs[0].scan_shape[1]))
+        self._beams = np.zeros((count, envs[0].scan_shape[1]))
         self.crashed, self.pushed = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.int64)
         self._num_threads = min(num_threads, count)
         self._pool = ThreadPoolExecutor(self._num_threads, "robots")
@@ -73,31 +72,31 @@ class RobotBatch:
             act(robot)
             self.read(robot)
 
-    def drive(self, robot: int, command: Sequence[float]) -> None:
-        """One control step of a robot; `command` is (v, ω) in m/s and rad/s."""
-        env = self._envs[robot]
-        env.task.before_step(command, env.physics)
-        env.physics.step(self._substeps)
-
     def read(self, robot: int) -> None:
         """Copy a robot's present state."""
-        env = self._envs[robot]
-        self._positions[robot], self._velocities[robot] = self._states[robot]
-        self.goals[robot] = env.physics.goal()
-        self.ranges[robot] = env.task.laser.ranges(env.physics)
-        self.crashed[robot] = env.physics.crashed()
-        self.pushed[robot] = env.physics.num_pushed()
+        physics = self._physics[robot]
+        self._positions[robot], self._velocities[robot], self._beams[robot] = self._views[robot]
+        if not self._is_perfect:
+            self._beams[robot] = self._lasers[robot].ranges(physics)
+        self.crashed[robot], self.pushed[robot] = physics.crashed(), physics.num_pushed()
 
-    def readings(self) -> BatchReadings:
-        """Pose, velocity and goal of all robots, to the last bit those of Physics.readings().
+    def ranges(self) -> FloatArray:
+        """The scans, (n, num_beams), metres, as Physics.ranges() gives one."""
+        return np.clip(np.where(self._beams < 0.0, MAX_RANGE, self._beams), MIN_RANGE, MAX_RANGE)
+
+    def readings(self, goals: FloatArray) -> BatchReadings:
+        """Pose, velocity and goal of all robots, equal to those of Physics.readings() to the last bit.
 
         Elements of NumPy's sums and products equal Python's; those of its trigonometric functions do not.
+
+        Args:
+            goals: world frame, metres, (n, 2).
         """
         x, y, _, qw, qx, qy, qz = self._positions.T
         yaw = _map(math.atan2, 2.0 * (qw * qz + qx * qy), 1.0 - 2.0 * (qy * qy + qz * qz))
         cos, sin = _map(math.cos, yaw), _map(math.sin, yaw)
         vx, vy, _, _, _, turn_rate = self._velocities.T
-        dx, dy = self.goals[:, 0] - x, self.goals[:, 1] - y
+        dx, dy = goals[:, 0] - x, goals[:, 1] - y
         return BatchReadings(
             np.stack((x, y, yaw), axis=1),
             np.stack((vx * cos + vy * sin, turn_rate), axis=1),

@@ -1,7 +1,7 @@
 """Rules for drawing starts and goals: the paper's, and one for any room, from its geometry."""
 
 from math import pi
-from typing import Protocol
+from typing import Protocol, Self
 
 import mujoco
 import numpy as np
@@ -96,6 +96,10 @@ class FreeSpaceRule:
                 f"the room has no start and goal with {min_path:g} to {max_path:g} m of free path between them; "
                 f"its longest is under {self.free.longest_path:.1f} m"
             )
+
+    def __deepcopy__(self, _: object) -> Self:
+        """It never changes: copies of an environment share its maps."""
+        return self
 
     def draw(self, rng: np.random.Generator, held_out: FloatArray) -> tuple[Pose, tuple[float, float]]:
         """Draw a start uniformly from those that have goals, any heading, and a goal uniformly from its goals."""
