@@ -3,7 +3,8 @@
 Ratios are taken within one process, its parts in turn, so that machine noise touches both alike.
 
 `environment`: a step through Gymnasium, as gymnasium.make gives it, against the cheapest raw loop of the same physics
-steps under the same commands, with rays once at the end.
+steps under the same commands, with rays once at the end. `vector`: steps of 16 and of 64 robots in two threads, against
+two such loops.
 
 `training`: steps a second of the whole loop, AsDDPG against Stable-Baselines3's DDPG on the same Gymnasium id, with the
 same convolutions in front, the same widths and batch, one update a step, one torch thread each: as the library comes,
@@ -19,14 +20,11 @@ as a share of the CPU of the training.
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import gymnasium
-import mujoco
 import numpy as np
 import torch
 
-import tasks
 from asddpg.algorithm.networks import Features
 from asddpg.build import make_agent, make_environment, prepare_torch
 from asddpg.command_line import train_config
@@ -35,60 +33,8 @@ from asddpg.episodes.loop import run_episode
 from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
-from tasks.constants import CONTROL_TIMESTEP
 from tasks.options import argument, some_of
-from tools.benchmarks import checkpoints, physics, recording, rendering
-
-ROUNDS = 25
-
-
-def environment() -> None:
-    """Print the cost of a Gymnasium step as a multiple of the raw loop's."""
-    env = gymnasium.make(tasks.gymnasium_id("nav_complex"))
-    env.reset(seed=0)
-    scene = env.get_wrapper_attr("physics")
-    substeps = round(CONTROL_TIMESTEP / scene.timestep())
-    commands = np.random.default_rng(0).uniform([0.0, -1.0], [0.5, 1.0], (200, 2))
-    ratios, ours, raws = [], [], []
-    for _ in range(ROUNDS):
-        raws.append(_raw_loop(scene.model.ptr, commands, substeps))
-        ours.append(_gymnasium_loop(env, commands))
-        ratios.append(ours[-1] / raws[-1])
-    print(f"physics step {scene.timestep() * 1e3:g} ms, {substeps} a control step, {scene.num_beams} beams")
-    print(f"raw loop {np.median(raws) * 1e6:.0f} us, through Gymnasium {np.median(ours) * 1e6:.0f} us a control step")
-    print(f"ratio {np.median(ratios):.3f} (bar: at most 1.2; rounds {np.min(ratios):.3f} to {np.max(ratios):.3f})")
-
-
-# Both loops begin anew every 10 steps, so that neither ever leans against a wall.
-_STRETCH = 10
-
-
-def _raw_loop(model: mujoco.MjModel, commands: Any, substeps: int) -> float:
-    data, flags, seconds = mujoco.MjData(model), model.opt.disableflags, 0.0
-    for index, command in enumerate(commands):
-        if index % _STRETCH == 0:
-            mujoco.mj_resetData(model, data)
-            mujoco.mj_forward(model, data)
-        begun = time.perf_counter()
-        physics.set_command(data, *command)
-        model.opt.disableflags = flags | physics.NO_SENSORS
-        mujoco.mj_step(model, data, substeps - 1)
-        model.opt.disableflags = flags
-        mujoco.mj_step(model, data, 1)
-        seconds += time.perf_counter() - begun
-    return seconds / len(commands)
-
-
-def _gymnasium_loop(env: gymnasium.Env[Any, Any], commands: Any) -> float:
-    seconds, fresh = 0.0, False
-    for index, command in enumerate(commands):
-        if index % _STRETCH == 0 or not fresh:
-            env.reset()
-        begun = time.perf_counter()
-        _, _, terminated, truncated, _ = env.step(command)
-        seconds += time.perf_counter() - begun
-        fresh = not (terminated or truncated)
-    return seconds / len(commands)
+from tools.benchmarks import checkpoints, environments, physics, recording, rendering
 
 
 def training(steps: int = 1500) -> None:
@@ -177,7 +123,8 @@ def _stable_baselines(config: TrainConfig, share_convolutions: bool, is_flushed:
 
 
 PARTS: dict[str, Callable[[], None]] = {
-    "environment": environment,
+    "environment": environments.environment,
+    "vector": environments.vector,
     "training": training,
     "timestep": physics.timestep,
     "laser": physics.laser,
