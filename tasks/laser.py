@@ -12,7 +12,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from tasks.constants import FIELD_OF_VIEW, MAX_RANGE, MIN_RANGE, NUM_BEAMS
+from tasks.constants import FIELD_OF_VIEW, MAX_RANGE, MIN_RANGE, NUM_BEAMS, PHYSICS_TIMESTEP
 from tasks.errors import TaskError
 from tasks.generator_state import generator_state, restored_generator
 from tasks.options import NOT_NEGATIVE, SHARE, between, check_options, option
@@ -37,13 +37,20 @@ class LaserConfig:
 
 
 class Laser:
-    """Reads a scan once a control step, with the noise, dropout and latency of its configuration."""
+    """Reads a scan once a control step, with the noise, dropout and latency of its configuration.
+
+    Attributes:
+        latency: seconds from a scan to the end of the step that returns it, in whole physics steps; at an episode's
+            beginning the first scan is returned until a later one arrives.
+    """
 
     def __init__(self, config: LaserConfig, control_timestep: float, rng: np.random.Generator) -> None:
         """Make the laser; `rng` is its own stream, so that noise changes no start and no goal."""
         self.config = config
         self.rng = rng
         self._late_steps, self._late_seconds = divmod(config.latency + 1e-9, control_timestep)
+        within_step = round(self._late_seconds / PHYSICS_TIMESTEP) * PHYSICS_TIMESTEP
+        self.latency = self._late_steps * control_timestep + within_step
         self._waiting: deque[FloatArray] = deque(maxlen=int(self._late_steps) + 1)
         self._read_at = -1.0
 

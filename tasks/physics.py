@@ -92,6 +92,8 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         # Seconds from the instant of a step's scan to the step's end; a laser with latency sets it.
         self.scan_delay = 0.0
         self._delayed: FloatArray | None = None
+        # Its instant, s, and the bytes of xpos, xquat and xmat at it: recordings place the scan by them.
+        self.delayed_poses: tuple[float, bytes] | None = None
 
     def _find_ring(self, prefix: str) -> slice:
         """Slice of all sensor readings that holds those of the rangefinders of a name."""
@@ -141,7 +143,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         self.set_state(state["integration"], _FULL_STATE)
         mujoco.mj_step1(self.model.ptr, self.data.ptr)
         self._crashed, self._pushed = state["crashed"], set(state["pushed"])
-        self.scan_delay, self._delayed = state["scan_delay"], state["delayed_scan"]
+        self.scan_delay, self._delayed, self.delayed_poses = state["scan_delay"], state["delayed_scan"], None
 
     def state_digest(self) -> int:
         """The present state's compute_digest()."""
@@ -176,7 +178,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
 
     def set_pose(self, pose: Pose) -> None:
         """Put the base on the floor at `pose`, at rest and touching nothing yet."""
-        self._crashed, self._delayed = False, None
+        self._crashed, self._delayed, self.delayed_poses = False, None, None
         self._pushed.clear()
         self.data.ptr.qvel[:] = 0.0
         start = self._base_qpos
@@ -207,6 +209,8 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
                     mujoco.mj_step1(model, data)
                     options.disableflags = flags | _SENSORS_OFF
                     self._delayed = self.ranges()
+                    poses = (data.xpos, data.xquat, data.xmat)
+                    self.delayed_poses = data.time, b"".join(part.tobytes() for part in poses)
                 self._advance(delay_steps or nstep)
             finally:
                 options.disableflags = flags

@@ -16,7 +16,6 @@ from asddpg.recording.messages.scene_messages import scene_message
 from asddpg.recording.messages.step_message import encode_json
 from asddpg.recording.pictures.cameras import Cameras
 from asddpg.recording.samples import RecordedEnvironment, Sample, Sampler
-from tasks.scene.frames import BodyFrames
 
 BATCH_STEPS = 12  # written at once: a killed process loses no more
 
@@ -87,7 +86,7 @@ class Recorder:
         is_video = cameras is not None and cameras.is_video
         model = environment.physics.model.ptr
         self._channels = Channels(cameras.names if cameras else (), is_video)
-        poses = PoseEncoder(BodyFrames.from_model(model), environment.scan_shape)
+        poses = PoseEncoder(environment)
         self._publisher = Publisher(self._channels.log, poses, scene_message(model), is_video)
         self._sampler = Sampler(environment, cameras)
         self._kept = deque(sorted(folder.glob("*.mcap")))

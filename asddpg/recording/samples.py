@@ -22,6 +22,14 @@ class RecordedEnvironment(Protocol):
     def scan_shape(self) -> tuple[int, int]:
         """Scans and beams at the head of the observation."""
 
+    @property
+    def control_timestep(self) -> float:
+        """Simulated seconds a step."""
+
+    @property
+    def scan_latency(self) -> float:
+        """Seconds from a scan to the end of the step that returns it."""
+
 
 class PictureSource(Protocol):
     """Cameras of the scene."""
@@ -44,6 +52,7 @@ class Sample(NamedTuple):
     positions: bytes  # xpos of all bodies of the scene
     quaternions: bytes  # xquat
     rotations: bytes  # xmat
+    delayed_poses: tuple[float, bytes] | None  # seconds and the same three at the instant of a scan within the step
     qpos: bytes
     qvel: bytes
     pictures: Mapping[str, bytes]  # by camera, encoded
@@ -51,14 +60,20 @@ class Sample(NamedTuple):
     @property
     def time(self) -> int:
         """Simulated nanoseconds since the episode's beginning."""
-        return round(self.seconds * (NANOSECONDS / _MICROSECOND)) * _MICROSECOND
+        return to_nanoseconds(self.seconds)
+
+
+def to_nanoseconds(seconds: float) -> int:
+    """Simulated nanoseconds, in whole microseconds."""
+    return round(seconds * (NANOSECONDS / _MICROSECOND)) * _MICROSECOND
 
 
 class Sampler:
     """Takes samples of an environment and changes nothing in it."""
 
     def __init__(self, environment: RecordedEnvironment, cameras: PictureSource | None = None) -> None:
-        self._data = data = environment.physics.data.ptr
+        self._physics = environment.physics
+        self._data = data = self._physics.data.ptr
         self._arrays = data.xpos, data.xquat, data.xmat, data.qpos, data.qvel  # views that MuJoCo keeps up to date
         self._cameras = cameras
 
@@ -73,6 +88,7 @@ class Sampler:
             positions.tobytes(),
             quaternions.tobytes(),
             rotations.tobytes(),
+            self._physics.delayed_poses,
             qpos.tobytes(),
             qvel.tobytes(),
             self._cameras.take(is_first=step is None) if self._cameras else _NO_PICTURES,

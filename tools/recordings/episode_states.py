@@ -15,7 +15,7 @@ from asddpg.errors import UserError
 from asddpg.recording.files.reading import Recording
 from asddpg.recording.messages.path_message import DRIVER_COLOURS
 from asddpg.recording.pictures.caption import OUTCOME_COLOURS, Colour
-from asddpg.recording.samples import NANOSECONDS
+from asddpg.recording.samples import to_nanoseconds
 from asddpg.runs.run_folder import parse_training
 from tasks.gymnasium_api.navigation_env import NavigationEnv
 
@@ -84,10 +84,10 @@ class EpisodeStates:
         """
         self._physical.reset(options={"start": self.recording.start, "goal": self.recording.goal})
         yield RerunStep(0, None, RUNNING, is_same=True)
-        goals = self.recording.goals()
+        goals, begin = self.recording.goals(), 0
         for count, step in enumerate(self.steps, 1):
             action, digest = self._read_action(step, count - 1)
-            goal = goals.get(round(step["time"] * NANOSECONDS))
+            goal, begin = goals.get(begin), to_nanoseconds(step["time"])
             if goal is not None:
                 self.environment.set_goal(*goal)
             *_, info = self._physical.step(action)
