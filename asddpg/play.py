@@ -25,7 +25,6 @@ from asddpg.program import run
 from asddpg.recording.how_to_open import how_to_open, how_to_watch
 from asddpg.recording.pictures.film import Film
 from asddpg.recording.recorder import Recorder
-from asddpg.runs.run_folder import unused_folder
 
 EPISODES = 3  # without episodes= and live=true
 
@@ -37,10 +36,10 @@ def main(arguments: Sequence[str]) -> None:
     setup = set_up_driver(config, "play", seed)
     environment = navigation_env(setup.environment)
     driver = SteeredDriver(environment.set_goal, setup.drivers, setup.name)
-    folder = unused_folder(setup.evaluation.parent / "played_episodes")
     with ExitStack() as closing:
         cameras = make_cameras(config.record, environment)
-        recorder = setup.recorder(config.record, folder, f"drawn, seed {seed}", print, cameras)
+        recorder = setup.recorder(config.record, "played_episodes", f"drawn, seed {seed}", print, cameras)
+        closing.callback(recorder.close)
         live = make_live(config, environment, cameras, driver) if config.live else None
         if live is not None:
             closing.callback(live.close)
@@ -49,23 +48,22 @@ def main(arguments: Sequence[str]) -> None:
             timestep = setup.config.task.control_timestep
             film = Film(Path(config.video), environment, config.camera, control_timestep=timestep)
             closing.callback(film.close)
-        closing.callback(recorder.close)
         # The live view, which waits, comes last.
         observers: list[Observer] = [observer for observer in (recorder, film, live) if observer is not None]
         print(f"{setup.title}, {setup.config.task.name}, seed={seed}")
         if live is not None:
             print(f"{how_to_watch(live.port)}\nwaiting for a viewer; Ctrl-C ends", flush=True)
-        closing.callback(lambda: _print_files(config, recorder, folder))
+        closing.callback(lambda: _print_files(config, recorder))
         setup.environment.reset(seed=seed)
         _drive_episodes(config, setup, driver, observers, recorder)
 
 
-def _print_files(config: PlayConfig, recorder: Recorder, folder: Path) -> None:
+def _print_files(config: PlayConfig, recorder: Recorder) -> None:
     if config.video is not None:
         print(f"the film is {config.video}")
     recorder.close()
     if recorder.files:
-        print(how_to_open(recorder.files, folder))
+        print(how_to_open(recorder.files, recorder.folder))
 
 
 def _drive_episodes(

@@ -17,6 +17,7 @@ from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
 from asddpg.runs import weights_file
 from asddpg.runs.loading import PREFIX
+from asddpg.runs.lock import RunLock
 from asddpg.runs.provenance import environment_hash
 from asddpg.runs.run_folder import RunFolder, open_run_folder, read_training, write_json
 from asddpg.runs.safe_loading import OURS
@@ -62,15 +63,16 @@ def main(arguments: Sequence[str]) -> None:
     pairs = stored_pairs(config.task.name, "validation", config.task.goal_radius)[: parsed.episodes]
     folder.diagnosis.mkdir(exist_ok=True)
     examiner = Examiner(str(folder.path), config, agent, environment, pairs, training)
-    for path in weights:
-        snapshot = examiner.examine_snapshot(_load(path, agent))
-        drivers = {"actor alone": snapshot.actor, "switched policy": snapshot.switched}
-        rates = [f"{name} {metrics.success_rate.value:.2f}" for name, metrics in drivers.items() if metrics]
-        print(f"step {snapshot.step}: success rate {', '.join(rates)}", flush=True)
-    write_json(folder.diagnosis / "diagnosis.json", to_json(examiner.diagnosis))
-    from tools.diagnosis.plots import draw  # only here: --help needs no matplotlib
+    with RunLock(folder.diagnosis):
+        for path in weights:
+            snapshot = examiner.examine_snapshot(_load(path, agent))
+            drivers = {"actor alone": snapshot.actor, "switched policy": snapshot.switched}
+            rates = [f"{name} {metrics.success_rate.value:.2f}" for name, metrics in drivers.items() if metrics]
+            print(f"step {snapshot.step}: success rate {', '.join(rates)}", flush=True)
+        write_json(folder.diagnosis / "diagnosis.json", to_json(examiner.diagnosis))
+        from tools.diagnosis.plots import draw  # only here: --help needs no matplotlib
 
-    draw(examiner.diagnosis, environment.get_wrapper_attr("obstacles"), examiner.by_actor, folder.diagnosis)
+        draw(examiner.diagnosis, environment.get_wrapper_attr("obstacles"), examiner.by_actor, folder.diagnosis)
     print(f"written to {folder.diagnosis}")
 
 

@@ -14,6 +14,7 @@ from pathlib import Path
 import gymnasium
 
 from asddpg.algorithm.agent import AsDDPG
+from asddpg.atomic_write import claim_folder, locked
 from asddpg.build import controller_for, make_agent, make_environment, prepare_torch
 from asddpg.config import ControllerConfig, TrainConfig
 from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone
@@ -59,8 +60,7 @@ def main(arguments: Sequence[str]) -> None:
     """Export, test what was exported, write the card; the folder is whole or not there."""
     parsed = parse_arguments(PublishArguments, arguments)
     folder = PretrainedFolder(pretrained.FOLDER / parsed.name)
-    if folder.path.exists() and not parsed.overwrite:
-        raise UserError(f"there is a pretrained policy {parsed.name!r} already; overwrite=true replaces it")
+    _check_overwrite(parsed)
     seconds = _training_seconds(parsed)
     trained = open_trained(parsed.run, parsed.checkpoint, None)
     if trained.config.controller.type != ControllerConfig().type:
@@ -69,15 +69,20 @@ def main(arguments: Sequence[str]) -> None:
         )
     arguments_of(trained.config)  # an error before the driving, which takes minutes
     prepare_torch()
-    part = PretrainedFolder(folder.path.with_name(f".{parsed.name}.part"))
-    shutil.rmtree(part.path, ignore_errors=True)
-    part.path.mkdir(parents=True)
+    part = PretrainedFolder(claim_folder(folder.path.with_name(f".{parsed.name}.part")))
     try:
         _fill(part, parsed, trained, seconds)
-        _replace(folder.path, part.path)
+        with locked(folder.path.parent):
+            _check_overwrite(parsed)  # again: another process may have published meanwhile
+            _replace(folder.path, part.path)
     finally:
         shutil.rmtree(part.path, ignore_errors=True)
     print(f"written to {folder.path}; evaluate it: python -m asddpg.evaluate run=pretrained:{parsed.name}")
+
+
+def _check_overwrite(parsed: PublishArguments) -> None:
+    if (pretrained.FOLDER / parsed.name).exists() and not parsed.overwrite:
+        raise UserError(f"there is a pretrained policy {parsed.name!r} already; overwrite=true replaces it")
 
 
 def _training_seconds(parsed: PublishArguments) -> float:

@@ -2,6 +2,7 @@
 
 from collections import deque
 from collections.abc import Callable, Collection, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, SupportsFloat
@@ -54,7 +55,13 @@ def every_nth(every: int) -> Callable[[int], bool]:
 
 
 class Recorder:
-    """Observes an environment's episodes; a failure to record does not stop them."""
+    """Observes an environment's episodes; a failure to record does not stop them.
+
+    Attributes:
+        folder: of the files.
+        files: completed and kept.
+        last: the last of them.
+    """
 
     def __init__(
         self,
@@ -81,7 +88,7 @@ class Recorder:
             counts_steps: whether the observed steps are training steps.
             cameras: their pictures are recorded too.
         """
-        self._folder, self._facts, self._selection, self._notify = folder, provenance.facts, selection, notify
+        self.folder, self._facts, self._selection, self._notify = folder, provenance.facts, selection, notify
         self._config = pack_config(provenance.config)
         is_video = cameras is not None and cameras.is_video
         model = environment.physics.model.ptr
@@ -98,8 +105,8 @@ class Recorder:
         self._steps, self._episodes = first_step, first_episode
         self._counts_steps = counts_steps
         self._has_failed = False
-        self.files = 0  # completed and kept
-        self.last: Path | None = None  # the last of them
+        self.files = 0
+        self.last: Path | None = None
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
         """Begin a file, if this episode is chosen."""
@@ -124,10 +131,12 @@ class Recorder:
             self._try(lambda: self._complete(episode))
 
     def close(self) -> None:
-        """Complete the file of an episode that was interrupted."""
+        """Complete the file of an episode that was interrupted; a folder without files goes."""
         if self._file is not None:
             self._try(self._publish)
             self.end_episode(self._stats)
+        with suppress(OSError):
+            self.folder.rmdir()
 
     # Files --------------------------------------------------------------------------------------------------------
 
@@ -137,7 +146,7 @@ class Recorder:
         facts |= {name: encode_json(list(info[name])).decode() for name in ("start", "goal")}
         name = f"{self._steps:08d}_{self._episodes:05d}"
         metadata = {**self._facts, **facts}
-        return RecordingFile(self._folder, name, self._channels.context, metadata, self._config)
+        return RecordingFile(self.folder, name, self._channels.context, metadata, self._config)
 
     def _write_batch(self) -> None:
         assert self._file is not None
@@ -177,6 +186,6 @@ class Recorder:
                 file.drop()  # a checkpoint may need its disk space
             if not self._has_failed:
                 self._notify(
-                    f"episode {self._episodes} is not recorded: {self._folder}: {error.strerror}; going on without"
+                    f"episode {self._episodes} is not recorded: {self.folder}: {error.strerror}; going on without"
                 )
             self._has_failed = True

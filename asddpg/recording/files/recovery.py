@@ -58,9 +58,11 @@ def recover(source: Path, target: Path | None = None) -> tuple[RecoveredEpisode,
             f"{source} ended in {truncated_repr(episode.outcome)}, which is no outcome: give the new file a name"
         )
     target = target or _name_target(source, episode.outcome)
-    if target.exists():
-        raise UserError(f"{target} exists already; name another file: python -m tools.recover {source} <file.mcap>")
-    write_records(target, episode.records)
+
+    def refuse(path: Path) -> None:
+        raise UserError(f"{path} exists already; name another file: python -m tools.recover {source} <file.mcap>")
+
+    write_records(target, episode.records, refuse)
     return episode, target
 
 

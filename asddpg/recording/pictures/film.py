@@ -1,6 +1,7 @@
 """Episodes as a film, an .mp4 that any browser plays."""
 
 import contextlib
+import fcntl
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from pathlib import Path
@@ -51,7 +52,7 @@ class Film:
             speed: 1 is real time, 2 twice as fast.
 
         Raises:
-            UserError: PyAV is missing, or the file cannot be written.
+            UserError: PyAV is missing, or the file cannot be written, or another process is writing it.
             TaskError: no such camera, no such size, or no graphics library.
         """
         if path.suffix.lower() != ".mp4":
@@ -67,6 +68,7 @@ class Film:
             self._image = self._rendered()
             self._rate = Fraction(speed / control_timestep).limit_denominator(1000)
             self._container: Any = None
+            self._closing = contextlib.ExitStack()
             self._writing(self._open)
         except BaseException:
             self._renderer.close()
@@ -117,6 +119,8 @@ class Film:
     # File ---------------------------------------------------------------------------------------------------------
 
     def _open(self) -> None:
+        lock = self._closing.enter_context(self.part.open("ab"))  # until it is closed: one process films at a time
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         self._container = self._av.open(str(self.part), "w", format="mp4", options=_IN_PROGRESS)
         stream = self._container.add_stream(CODEC, rate=self._rate, options=OPTIONS)
         stream.width, stream.height, stream.pix_fmt = *self._image.size, "yuv420p"
@@ -132,6 +136,7 @@ class Film:
         if self._frames:
             self._copy_whole()
         self.part.unlink()
+        self._closing.close()
 
     def _copy_whole(self) -> None:
         """The same packets with a table of contents, at the beginning: players then know how long it is."""
@@ -159,6 +164,9 @@ class Film:
             with contextlib.suppress(OSError, self._av.error.FFmpegError):
                 if container is not None:
                     container.close()
+            self._closing.close()
             left = f"; {self.part} holds the film so far" if self.part.is_file() else ""
+            if isinstance(error, BlockingIOError):
+                raise UserError(f"another process is writing the film {self._path}; choose another video=") from error
             reason = getattr(error, "strerror", None) or error
             raise UserError(f"the film {self._path} cannot be written: {reason}{left}") from error
