@@ -55,17 +55,14 @@ def locked(folder: Path) -> Iterator[None]:
 
 
 def claim_folder(folder: Path) -> Path:
-    """Make a folder of one's own: this one, or the first of <folder>_2, <folder>_3, … that nobody has made.
-
-    Raises:
-        OSError: it cannot be made.
-    """
-    for number in itertools.count(1):
-        path = folder if number == 1 else folder.with_name(f"{folder.name}_{number}")
+    """Make a folder of one's own: this one, or the first of <folder>_2, <folder>_3, … that there is not."""
+    path, number = folder, 1
+    while True:
         with suppress(FileExistsError):
             path.mkdir(parents=True)
             return path
-    raise AssertionError
+        number += 1
+        path = folder.with_name(f"{folder.name}_{number}")
 
 
 @contextmanager

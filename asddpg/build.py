@@ -27,7 +27,7 @@ from asddpg.episodes.random_streams import stream
 from asddpg.errors import UserError, truncated_repr
 from asddpg.recording.live.controls import Steering
 from asddpg.recording.live.live_view import LiveView
-from asddpg.recording.pictures.cameras import Cameras, HasPhysics
+from asddpg.recording.pictures.cameras import Cameras
 from tasks import Reward, gymnasium_id
 from tasks.gymnasium_api.navigation_env import NavigationEnv
 
@@ -44,7 +44,7 @@ def navigation_env(environment: gymnasium.Env) -> NavigationEnv:
     return inner
 
 
-def make_cameras(record: RecordConfig | RecordEvaluationConfig, environment: HasPhysics) -> Cameras | None:
+def make_cameras(record: RecordConfig | RecordEvaluationConfig, environment: NavigationEnv) -> Cameras | None:
     """The cameras whose pictures are recorded, if there are any; make them before anything is written.
 
     Raises:

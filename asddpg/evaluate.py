@@ -5,7 +5,6 @@ run=pretrained:nav_complex is a policy that the project ships. A baseline needs 
 """
 
 import dataclasses
-import os
 from collections.abc import Sequence
 from typing import Any
 
@@ -19,7 +18,7 @@ from asddpg.episodes.evaluation import EvaluationResult, evaluate, table
 from asddpg.errors import UserError
 from asddpg.observers.progress import count_episodes
 from asddpg.options.help_text import help_text
-from asddpg.policy_setup import OUT_ELSEWHERE, DriverSetup, set_up_driver
+from asddpg.policy_setup import DriverSetup, set_up_driver
 from asddpg.program import run
 from asddpg.recording.how_to_open import how_to_open
 from asddpg.runs.provenance import current_versions
@@ -36,9 +35,6 @@ def main(arguments: Sequence[str]) -> None:
     pairs, pairs_name = _pairs(config, task.name, task.goal_radius)
     file = RunFolder(setup.out).evaluation
     cameras = make_cameras(config.record, navigation_env(setup.environment))
-    setup.out.mkdir(parents=True, exist_ok=True)
-    if not os.access(setup.out, os.W_OK):
-        raise UserError(f"{file} cannot be written: the folder is not writable; {OUT_ELSEWHERE}")
     recorder = setup.recorder(config.record, "evaluated_episodes", pairs_name, tqdm.write, cameras)
     driver, episodes = setup.drivers[setup.name], count_episodes(pairs)
     try:

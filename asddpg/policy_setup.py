@@ -1,5 +1,6 @@
 """Opens what run= or agent= names and makes its driver and its environment, for evaluate and play."""
 
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,13 +19,7 @@ from asddpg.build import (
     prepare_torch,
 )
 from asddpg.command_line import BASELINES, train_config
-from asddpg.config import (
-    ControllerConfig,
-    EvaluateConfig,
-    PlayConfig,
-    RecordEvaluationConfig,
-    TrainConfig,
-)
+from asddpg.config import ControllerConfig, EvaluateConfig, PlayConfig, RecordEvaluationConfig, TrainConfig
 from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone, random_actor, with_values
 from asddpg.episodes.random_streams import stream
 from asddpg.errors import UserError
@@ -35,8 +30,6 @@ from asddpg.runs.loading import open_trained
 from asddpg.runs.provenance import current_versions, environment_hash, recording_provenance
 from asddpg.runs.state_files import file_digest
 from tasks import ALL_TASKS
-
-OUT_ELSEWHERE = "out=<folder> puts everything elsewhere"
 
 
 @dataclass(frozen=True)
@@ -60,16 +53,9 @@ class DriverSetup:
         log: Callable[[str], None],
         cameras: Cameras | None = None,
     ) -> Recorder:
-        """A recorder of episodes along these pairs, with the pictures of cameras, into a folder of its own.
-
-        Raises:
-            UserError: the folder cannot be made.
-        """
+        """A recorder of episodes along these pairs, with the pictures of cameras, into a folder of its own."""
         folder = self.out / folder_name
-        try:
-            folder = claim_folder(folder) if is_recorded(record) else folder
-        except OSError as error:
-            raise UserError(f"{folder} cannot be made: {error.strerror}; {OUT_ELSEWHERE}") from error
+        folder = claim_folder(folder) if is_recorded(record) else folder
         versions = current_versions(self.environment)
         provenance = recording_provenance(self.config, versions, driver=self.name, pairs=pairs, **self.checkpoint)
         # Outcomes alone select all episodes that end so.
@@ -103,7 +89,12 @@ def set_up_driver(config: EvaluateConfig | PlayConfig, verb: str, seed: int) -> 
     else:
         what = f"run=<run_dir> or run=pretrained:<name>, or agent={'|'.join(BASELINES)} with task="
         raise UserError(f"{verb} what? {what}")
-    return replace(setup, out=Path(config.out)) if config.out is not None else setup
+    if config.out is not None:
+        setup = replace(setup, out=Path(config.out))
+        setup.out.mkdir(parents=True, exist_ok=True)
+    if (verb == "evaluate" or is_recorded(config.record)) and not os.access(setup.out, os.W_OK):
+        raise UserError(f"the folder {setup.out} cannot be written; out=<folder> puts results and recordings elsewhere")
+    return setup
 
 
 def is_recorded(record: RecordEvaluationConfig) -> bool:

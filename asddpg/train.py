@@ -39,7 +39,7 @@ from asddpg.runs.provenance import current_versions, recording_provenance, updat
 from asddpg.runs.rewind import check_logs, keep_test, rewind
 from asddpg.runs.run_folder import (
     RunFolder,
-    check_run_dir,
+    check_unused,
     create_run_folder,
     open_run_folder,
     read_training,
@@ -69,7 +69,7 @@ def begin(arguments: Sequence[str]) -> None:
     """A training from its beginning."""
     config = train_config(arguments)
     check_device(config.device)
-    check_run_dir(config.run_dir)
+    check_unused(config.run_dir)
     parts = _make(config)
     provenance = current_versions(parts.environment)
     folder = create_run_folder(config)

@@ -9,9 +9,7 @@ import threading
 from collections.abc import Callable
 from pathlib import Path
 
-import numpy as np
 import pytest
-from PIL import Image
 
 from asddpg import policy_setup
 from asddpg.atomic_write import claim_folder
@@ -27,7 +25,6 @@ from asddpg.runs.state_files import file_digest
 from tests.asddpg.recording.test_recording import environment_of
 from tests.conftest import ROOT
 from tools import diagnose
-from tools.drawing import picture_file
 
 BASELINE = ["agent=controller", "task=nav_empty", "episodes=3", "record.every=1"]
 
@@ -110,13 +107,6 @@ def test_trainings_of_one_second_have_folders_of_their_own(tmp_path: Path, monke
     config.run_dir = "mine"
     refused = at_once(lambda _: create_run_folder(config))
     assert [str(error) for error in refused] == ["another training has begun in mine; choose another run_dir="] * 7
-
-
-def test_pictures_are_whole(tmp_path: Path) -> None:
-    pixels = np.random.default_rng(0).integers(0, 256, (300, 400, 3), dtype=np.uint8)
-    assert not at_once(lambda number: picture_file.write(Image.fromarray(pixels + number), tmp_path / "same.png"))
-    assert [path.name for path in tmp_path.iterdir()] == ["same.png"]
-    assert np.ptp(np.asarray(Image.open(tmp_path / "same.png")) - pixels) == 0
 
 
 def test_a_film_is_written_by_one(tmp_path: Path) -> None:

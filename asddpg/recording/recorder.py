@@ -16,7 +16,8 @@ from asddpg.recording.messages.scan_pose_messages import PoseEncoder
 from asddpg.recording.messages.scene_messages import scene_message
 from asddpg.recording.messages.step_message import encode_json
 from asddpg.recording.pictures.cameras import Cameras
-from asddpg.recording.samples import RecordedEnvironment, Sample, Sampler
+from asddpg.recording.samples import Sample, Sampler
+from tasks.gymnasium_api.navigation_env import NavigationEnv
 
 BATCH_STEPS = 12  # written at once: a killed process loses no more
 
@@ -66,7 +67,7 @@ class Recorder:
     def __init__(
         self,
         folder: Path,
-        environment: RecordedEnvironment,
+        environment: NavigationEnv,
         provenance: Provenance,
         selection: Selection,
         notify: Callable[[str], None],

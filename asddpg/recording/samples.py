@@ -2,40 +2,15 @@
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple
 
 from asddpg.episodes.protocols import Observation, Step
+from asddpg.recording.pictures.cameras import Cameras, Stills
+from tasks.gymnasium_api.navigation_env import NavigationEnv
 
 NANOSECONDS = 1_000_000_000
 _MICROSECOND = 1_000  # ns; smaller parts of a simulated time are rounding errors
 _NO_PICTURES: Mapping[str, bytes] = MappingProxyType({})
-
-
-class RecordedEnvironment(Protocol):
-    """The part of NavigationEnv that recordings read."""
-
-    @property
-    def physics(self) -> Any:
-        """The scene."""
-
-    @property
-    def scan_shape(self) -> tuple[int, int]:
-        """Scans and beams at the head of the observation."""
-
-    @property
-    def control_timestep(self) -> float:
-        """Simulated seconds a step."""
-
-    @property
-    def scan_latency(self) -> float:
-        """Seconds from a scan to the end of the step that returns it."""
-
-
-class PictureSource(Protocol):
-    """Cameras of the scene."""
-
-    def take(self, is_first: bool) -> Mapping[str, bytes]:
-        """An encoded picture by camera; `is_first` in an episode."""
 
 
 class Sample(NamedTuple):
@@ -71,7 +46,7 @@ def to_nanoseconds(seconds: float) -> int:
 class Sampler:
     """Takes samples of an environment and changes nothing in it."""
 
-    def __init__(self, environment: RecordedEnvironment, cameras: PictureSource | None = None) -> None:
+    def __init__(self, environment: NavigationEnv, cameras: Cameras | Stills | None = None) -> None:
         self._physics = environment.physics
         self._data = data = self._physics.data.ptr
         self._arrays = data.xpos, data.xquat, data.xmat, data.qpos, data.qvel  # views that MuJoCo keeps up to date

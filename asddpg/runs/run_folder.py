@@ -56,7 +56,7 @@ class RunFolder:
         write_whole(self.config, config_text(config, provenance).encode())
 
 
-def check_run_dir(run_dir: str | None) -> None:
+def check_unused(run_dir: str | None) -> None:
     """UserError where a folder for a new run exists and is not empty."""
     path = Path(run_dir) if run_dir else None
     if path is not None and path.exists() and (not path.is_dir() or any(path.iterdir())):

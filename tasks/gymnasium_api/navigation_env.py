@@ -89,11 +89,6 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         return self._stack.num_scans, self._stack.num_beams
 
     @property
-    def control_timestep(self) -> float:
-        """Simulated seconds a step."""
-        return float(self._env.control_timestep())
-
-    @property
     def scan_latency(self) -> float:
         """Seconds from a scan to the end of the step that returns it."""
         return float(self._task.laser.latency)

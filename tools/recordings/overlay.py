@@ -34,16 +34,19 @@ def read_scans(recording: Recording) -> list[FloatArray]:
 
 def place_in_world(transforms: Sequence[Any], frame: str) -> tuple[FloatArray, FloatArray]:
     """Position (3,), metres, and rotation (3, 3) of a frame to the world, from the transforms of a message of /tf."""
-    position, rotation = np.zeros(3), np.eye(3)
-    by_name = {each.child_frame_id: each for each in transforms}
-    while frame != WORLD:
-        each = by_name[frame]
-        flat, q, p = np.empty(9), each.rotation, each.translation
-        mujoco.mju_quat2Mat(flat, np.array([q.w, q.x, q.y, q.z]))
-        turn = flat.reshape(3, 3)
-        position, rotation = np.array([p.x, p.y, p.z]) + turn @ position, turn @ rotation
-        frame = each.parent_frame_id
-    return position, rotation
+    if frame == WORLD:
+        return np.zeros(3), np.eye(3)
+    (each,) = (each for each in transforms if each.child_frame_id == frame)
+    position, rotation = place_in_world(transforms, each.parent_frame_id)
+    own_position, own_rotation = read_pose(each.translation, each.rotation)
+    return position + rotation @ own_position, rotation @ own_rotation
+
+
+def read_pose(place: Any, turn: Any) -> tuple[FloatArray, FloatArray]:
+    """Position (3,), metres, and rotation (3, 3) of a Vector3 and a Quaternion."""
+    rotation = np.empty(9)
+    mujoco.mju_quat2Mat(rotation, np.array([turn.w, turn.x, turn.y, turn.z]))
+    return np.array([place.x, place.y, place.z]), rotation.reshape(3, 3)
 
 
 def _scan_points(scan: Any, position: FloatArray, rotation: FloatArray) -> FloatArray:

@@ -20,8 +20,9 @@ from asddpg.recording.messages.publisher import Publisher
 from asddpg.recording.messages.scan_pose_messages import PoseEncoder
 from asddpg.recording.messages.scene_messages import Point, scene_message
 from asddpg.recording.pictures.cameras import Stills
-from asddpg.recording.samples import NANOSECONDS, RecordedEnvironment, Sample, Sampler
+from asddpg.recording.samples import NANOSECONDS, Sample, Sampler
 from tasks.errors import TaskError
+from tasks.gymnasium_api.navigation_env import NavigationEnv
 from tasks.scene.shapes import WORLD
 
 HOST = "127.0.0.1"
@@ -39,7 +40,7 @@ class LiveView:
 
     def __init__(
         self,
-        environment: RecordedEnvironment,
+        environment: NavigationEnv,
         port: int,
         speed: float,
         steering: Steering | None = None,

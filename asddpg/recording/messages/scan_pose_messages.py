@@ -10,8 +10,9 @@ from foxglove.messages import FrameTransform, FrameTransforms, LaserScan, Odomet
 from asddpg.recording.messages.goal_camera_messages import make_timestamp, round_to_grid
 from asddpg.recording.messages.scene_messages import Point
 from asddpg.recording.messages.template import MessageTemplate
-from asddpg.recording.samples import RecordedEnvironment, Sample, to_nanoseconds
+from asddpg.recording.samples import Sample, to_nanoseconds
 from tasks.constants import FIELD_OF_VIEW, MAX_RANGE
+from tasks.gymnasium_api.navigation_env import NavigationEnv
 from tasks.scene.frames import BodyFrames
 from tasks.scene.shapes import WORLD
 
@@ -36,10 +37,9 @@ class PoseMessages(NamedTuple):
 class PoseEncoder:
     """Encodes samples of one environment."""
 
-    def __init__(self, environment: RecordedEnvironment) -> None:
+    def __init__(self, environment: NavigationEnv) -> None:
         frames = BodyFrames.from_model(environment.physics.model.ptr)
         num_scans, self._num_beams = environment.scan_shape
-        self._timestep = to_nanoseconds(environment.control_timestep)
         self._latency = to_nanoseconds(environment.scan_latency)
         self._frames, self._base = frames, 7 * frames.index(_ROBOT)
         self._goal_offset = 3 * 8 * int(frames.bodies[frames.index(_GOAL)])  # bytes into xpos
@@ -62,17 +62,17 @@ class PoseEncoder:
         ranges[scans >= _NO_RETURN] = np.inf
         for sample, row, beams in zip(samples, numbers, ranges.tolist(), strict=True):
             time = offset + sample.time
-            scanned = offset + max(0, sample.time - self._latency)
+            stamp, scanned = make_timestamp(time), offset + max(0, sample.time - self._latency)
             transforms = [(time, self._transforms.fill(time, row[:-2]))]
             if sample.delayed_poses is not None:
                 transforms.insert(0, self._fill_delayed(offset, *sample.delayed_poses))
             motion = row[self._base : self._base + 7] + row[-2:]
             yield PoseMessages(
                 time,
-                max(offset, time - self._timestep),
+                time - sample.time // max(1, sample.number + 1),
                 transforms,
-                _laser_scan(make_timestamp(scanned), beams).encode(),
-                _odometry(make_timestamp(time), motion).encode(),
+                _laser_scan(make_timestamp(scanned) if self._latency else stamp, beams).encode(),
+                _odometry(stamp, motion).encode(),
                 (motion[0], motion[1]),
             )
 

@@ -15,8 +15,8 @@ from asddpg.errors import UserError
 from asddpg.recording.messages.path_message import DRIVER_COLOURS, OTHER_COLOUR
 from asddpg.recording.pictures.caption import OUTCOME_COLOURS, Colour, captioned
 from asddpg.recording.pictures.h264 import CODEC, OPTIONS, require_av
-from asddpg.recording.samples import RecordedEnvironment
 from tasks.graphics.rendering import OffscreenRenderer
+from tasks.gymnasium_api.navigation_env import NavigationEnv
 
 HOLD = 1.5  # s of film on an episode's last picture, to read how it ended
 # The written part can be played up to its last second at any time, also after the process was killed.
@@ -33,7 +33,7 @@ class Film:
     def __init__(
         self,
         path: Path,
-        environment: RecordedEnvironment,
+        environment: NavigationEnv,
         camera: str = "chase",
         width: int = 640,
         height: int = 480,

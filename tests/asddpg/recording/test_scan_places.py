@@ -6,15 +6,15 @@ from typing import Any
 import numpy as np
 import pytest
 
-from asddpg.build import make_environment, navigation_env
+from asddpg.build import make_environment
 from asddpg.command_line import train_config
 from asddpg.episodes.drivers import FixedDriver
 from asddpg.episodes.loop import run_episode
 from asddpg.episodes.protocols import Decision, Driver, Observation
 from asddpg.recording.files.reading import Recording, open_recording
-from asddpg.recording.recorder import Provenance, Recorder, Selection, every_nth
 from tasks.physics import FloatArray
-from tools.recordings.overlay import place_in_world, read_scans
+from tests.asddpg.recording.test_recording import recorder_for
+from tools.recordings.overlay import place_in_world, read_pose, read_scans
 
 STEPS = 20
 
@@ -23,7 +23,7 @@ def record(folder: Path, *arguments: str) -> Recording:
     """A robot that swerves through a room of movable things."""
     config = train_config(["task=nav_gazebo", *arguments])
     environment = make_environment(config.task, config.reward)
-    recorder = Recorder(folder, navigation_env(environment), Provenance(""), Selection(every_nth(1)), print)
+    recorder = recorder_for(folder, environment)
     turns = np.random.default_rng(5)
 
     def decide(_: Observation) -> Decision:
@@ -47,7 +47,7 @@ def distances(points: FloatArray, scene: Any, transforms: Any) -> FloatArray:
             continue
         frame, rotation = place_in_world(transforms, entity.frame_id)
         for shape in (*entity.cubes, *entity.cylinders):
-            place, turn = place_in_world([shape_as_transform(shape)], "shape")
+            place, turn = read_pose(shape.pose.position, shape.pose.orientation)
             x, y, z = np.abs(((points - frame) @ rotation - place) @ turn).T
             size = shape.size
             is_box = shape.DESCRIPTOR.name == "CubePrimitive"
@@ -56,14 +56,6 @@ def distances(points: FloatArray, scene: Any, transforms: Any) -> FloatArray:
             found.append(np.hypot.reduce(np.maximum(outside, 0)) + np.abs(np.minimum(outside.max(axis=0), 0)))
     nearest: FloatArray = np.array(found).min(axis=0)
     return nearest
-
-
-def shape_as_transform(shape: Any) -> Any:
-    class Transform:
-        child_frame_id, parent_frame_id = "shape", "world"
-        translation, rotation = shape.pose.position, shape.pose.orientation
-
-    return Transform
 
 
 @pytest.mark.parametrize("latency", [0.0, 0.2, 0.3, 0.0777, 0.399, 1.5, 2.0])
@@ -103,6 +95,10 @@ def test_a_command_is_stamped_when_it_is_given_and_odometry_when_it_is_measured(
     odometry = [message.content for message in recording.messages("/odom")]
     assert [nanoseconds(each.timestamp) for each in odometry] == [200_000_000 * n for n in range(len(steps) + 1)]
     assert {(each.frame_id, each.body_frame_id) for each in odometry} == {("world", "base")}
+    for each, transforms in zip(odometry, recording.messages("/tf"), strict=True):
+        (base,) = (each for each in transforms.content.transforms if each.child_frame_id == "base")
+        assert str(each.pose.position) == str(base.translation)
+        assert str(each.pose.orientation) == str(base.rotation)
     places = np.array([(each.pose.position.x, each.pose.position.y) for each in odometry])
     yaws = np.array([2 * np.arctan2(each.pose.orientation.z, each.pose.orientation.w) for each in odometry])
     velocities = np.array([(each.linear_velocity.x, each.angular_velocity.z) for each in odometry])
