@@ -37,14 +37,7 @@ from asddpg.runs import weights_file
 from asddpg.runs.lock import RunLock
 from asddpg.runs.provenance import current_versions, recording_provenance, update_provenance
 from asddpg.runs.rewind import check_logs, keep_test, rewind
-from asddpg.runs.run_folder import (
-    RunFolder,
-    check_unused,
-    create_run_folder,
-    open_run_folder,
-    read_training,
-    write_json,
-)
+from asddpg.runs.run_folder import RunFolder, check_unused, create_run, open_run_folder, read_training, write_json
 from asddpg.runs.safe_loading import controller_argument, controller_named_in
 from asddpg.runs.signals import Stopped
 from asddpg.runs.training_states import TrainingStates
@@ -72,7 +65,7 @@ def begin(arguments: Sequence[str]) -> None:
     check_unused(config.run_dir)
     parts = _make(config)
     provenance = current_versions(parts.environment)
-    folder = create_run_folder(config)
+    folder = create_run(config)
     with RunLock(folder.path) as lock:
         folder.write_config(config, provenance)
         print(f"training {config.agent.name} on {config.task.name}, {config.total_steps} steps, in {folder.path}")

@@ -20,7 +20,7 @@ from asddpg.recording.files.reading import open_recording
 from asddpg.recording.pictures.film import Film
 from asddpg.runs import weights_file
 from asddpg.runs.lock import RunLock
-from asddpg.runs.run_folder import create_run_folder, write_json
+from asddpg.runs.run_folder import create_run, write_json
 from asddpg.runs.state_files import file_digest
 from tests.asddpg.recording.test_recording import environment_of
 from tests.conftest import ROOT
@@ -102,10 +102,10 @@ def test_results_are_whole_and_none_is_lost(tmp_path: Path) -> None:
 def test_trainings_of_one_second_have_folders_of_their_own(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     config = train_config([])
-    assert not at_once(lambda _: create_run_folder(config))
+    assert not at_once(lambda _: create_run(config))
     assert len(list((tmp_path / "runs").glob("*/checkpoints"))) == 8
     config.run_dir = "mine"
-    refused = at_once(lambda _: create_run_folder(config))
+    refused = at_once(lambda _: create_run(config))
     assert [str(error) for error in refused] == ["another training has begun in mine; choose another run_dir="] * 7
 
 

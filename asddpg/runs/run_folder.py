@@ -63,7 +63,7 @@ def check_unused(run_dir: str | None) -> None:
         raise UserError(f"the run folder {path} exists and is not empty; choose another run_dir= or remove it")
 
 
-def create_run_folder(config: TrainConfig) -> RunFolder:
+def create_run(config: TrainConfig) -> RunFolder:
     """Make the folder for a configuration, which no other process has.
 
     Raises:
