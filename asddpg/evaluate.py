@@ -10,14 +10,14 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from tqdm import tqdm
 
-from asddpg.build import make_cameras, navigation_env
+from asddpg.build import make_cameras, navigation_env, prepare_torch
 from asddpg.command_line import evaluate_config
 from asddpg.config import EvaluateConfig
 from asddpg.episodes.evaluation import EvaluationResult, evaluate, table
 from asddpg.errors import UserError
-from asddpg.observers.progress import count_episodes
+from asddpg.messages import say
+from asddpg.observers.progress import count_episodes, notify
 from asddpg.options.help_text import help_text
 from asddpg.policy_setup import DriverSetup, set_up_driver
 from asddpg.program import run
@@ -28,6 +28,7 @@ from tasks.evaluation_pairs import fresh_pairs, stored_pairs
 from tasks.room_geometry.held_out import Pair
 
 
+@prepare_torch()
 def main(arguments: Sequence[str]) -> None:
     """Compose, drive, print the table, write evaluation.json."""
     config = evaluate_config(arguments)
@@ -38,17 +39,17 @@ def main(arguments: Sequence[str]) -> None:
         raise UserError(f"{setup.evaluation} cannot be written: the folder is not writable")
     folder = unused_folder(setup.evaluation.parent / "evaluated_episodes")
     cameras = make_cameras(config.record, navigation_env(setup.environment))
-    recorder = setup.recorder(config.record, folder, pairs_name, tqdm.write, cameras)
+    recorder = setup.recorder(config.record, folder, pairs_name, notify, cameras)
     driver, episodes = setup.drivers[setup.name], count_episodes(pairs)
     try:
         result = evaluate(setup.environment, driver, episodes, task.control_timestep, (recorder,))
     finally:
         recorder.close()
-    print(f"{setup.title}, {task.name}, {pairs_name}\n{table({setup.name: result})}")
     write_json(setup.evaluation, _content(config, setup, pairs_name, result))
-    print(f"written to {setup.evaluation}")
+    say(f"{setup.title}, {task.name}, {pairs_name}\n{table({setup.name: result})}")
+    say(f"written to {setup.evaluation}")
     if recorder.files:
-        print(how_to_open(recorder.files, folder))
+        say(how_to_open(recorder.files, folder))
 
 
 def _content(config: EvaluateConfig, setup: DriverSetup, pairs_name: str, result: EvaluationResult) -> dict[str, Any]:

@@ -39,6 +39,7 @@ class DiagnoseArguments:
     )
 
 
+@prepare_torch()
 def main(arguments: Sequence[str]) -> None:
     """Drive, compute metrics, write, draw."""
     parsed = parse_arguments(DiagnoseArguments, arguments)
@@ -48,7 +49,6 @@ def main(arguments: Sequence[str]) -> None:
     config, provenance = read_training(folder.config, parsed.controller)
     config.device = "cpu"
     check_matplotlib()  # before the driving, which takes minutes
-    prepare_torch()
     environment = make_environment(config.task, config.reward)
     agent = make_agent(config, environment, next(iter(folder.snapshots()), None))
     weights = list_weights(folder, agent, parsed.every)

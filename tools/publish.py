@@ -55,6 +55,7 @@ class PublishArguments:
     )
 
 
+@prepare_torch()
 def main(arguments: Sequence[str]) -> None:
     """Export, test what was exported, write the card; the folder is whole or not there."""
     parsed = parse_arguments(PublishArguments, arguments)
@@ -68,7 +69,6 @@ def main(arguments: Sequence[str]) -> None:
             f"the controller {trained.config.controller.type} is not shipped, so neither is what it trained"
         )
     arguments_of(trained.config)  # an error before the driving, which takes minutes
-    prepare_torch()
     part = PretrainedFolder(folder.path.with_name(f".{parsed.name}.part"))
     shutil.rmtree(part.path, ignore_errors=True)
     part.path.mkdir(parents=True)
