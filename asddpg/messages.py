@@ -43,9 +43,14 @@ class MessageStream:
         try:
             return getattr(stream, method)(*arguments)
         except Exception as error:  # closed, none, full, or the caller's own object
-            if isinstance(error, ConnectionError) or getattr(error, "errno", 0) == errno.EIO:
+            if is_gone(error):
                 self._broken = stream
             return None
+
+
+def is_gone(error: Exception) -> bool:
+    """Whether a stream failed because its reader, or its terminal, is gone."""
+    return isinstance(error, ConnectionError) or (isinstance(error, OSError) and error.errno == errno.EIO)
 
 
 OUT, ERR = MessageStream("stdout"), MessageStream("stderr")

@@ -13,14 +13,14 @@ from typing import NoReturn
 from dm_control.rl.control import PhysicsError
 
 from asddpg.errors import NumericalFailure, UserError
-from asddpg.messages import ERR, say
+from asddpg.messages import ERR, OUT, is_gone, say
 from tasks.errors import TaskError
 
 
 def python() -> str:
     """How the user calls this Python: by its path below the present folder, as in .venv, or by name."""
     with suppress(OSError, ValueError):  # the present folder is gone, or Python lies elsewhere
-        return str(Path(sys.executable).relative_to(Path.cwd()))
+        return str(Path(sys.executable or "python").relative_to(Path.cwd()))
     return "python"
 
 
@@ -39,9 +39,8 @@ def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
     _prepare_streams()
     try:
         main(arguments)
-        print(end="", flush=True)
-    except BrokenPipeError:  # whoever read along, such as head, has seen enough
-        sys.exit(1)
+        if not OUT.is_broken:  # else the messages that remained were of no use to anybody
+            print(end="", flush=True)
     except (UserError, TaskError) as error:
         _fail(str(error), 2)
     except NumericalFailure as error:
@@ -49,6 +48,8 @@ def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
     except PhysicsError as error:
         _fail(f"the simulation broke down, most likely by an action that is not finite: {error}", 1)
     except OSError as error:  # a full disk, a folder that is not writable
+        if error.filename is None and is_gone(error):  # whoever read along, such as head, has seen enough
+            sys.exit(1)
         _fail(
             f"{error.filename or 'standard output, or a file,'} cannot be read or written: {error.strerror or error}", 2
         )

@@ -4,7 +4,7 @@ import re
 from collections.abc import Collection
 
 _SEVERAL = re.compile(r".+,.+|(range|choice|interval|glob)\(.*\)")
-_LOOP = "for several runs, a loop of the shell: for {0} in {1}; do python -m … {0}=${0}; done"
+_LOOP = "for several runs, a loop of the shell: for value in {1}; do python -m … {0}=$value; done"
 _HYDRA = {
     ("-m", "--multirun"): _LOOP.format("seed", "1 2 3"),
     ("--config-name", "-cn", "--config-path", "-cp", "--config-dir", "-cd"): (
@@ -33,5 +33,5 @@ def plain_name(name: str, known: Collection[str]) -> str:
 def hydra_sentence(name: str) -> str:
     """What to do here in the place of an argument of Hydra's; empty for any other."""
     if name.startswith(("hydra.", "hydra/", "+hydra", "--hydra")):
-        return "there is no Hydra here: run_dir= names the folder of a run, and --help lists all options"
+        return "these programs do without Hydra: run_dir= names the folder of a run, and --help lists all options"
     return next((sentence for names, sentence in _HYDRA.items() if name in names), "")

@@ -70,13 +70,13 @@ def find_option(argument: str, options: Mapping[str, Option], others: Sequence[s
     if equals and name in options:
         return options[name]
     if sentence := hydra_sentence(name):
-        raise UserError(f"{truncated_repr(argument)} does nothing here; {sentence}")
+        raise UserError(f"{truncated_repr(argument)} is no option; {sentence}")
     if not options:
         raise UserError(f"this program takes no options, not {truncated_repr(argument)}")
     known = [*others, *options]
     meant = plain_name(name, known)
     if not equals or not name:
-        example = meant if meant in known else known[-1]
+        example = next((each for each in (meant, "seed") if each in known), known[-1])
         raise UserError(f"{truncated_repr(argument)} is not an option of the form name=value, such as {example}=…")
     raise UserError(f"there is no option {truncated_repr(name)}; {_suggestion(meant, known)}")
 
