@@ -9,14 +9,14 @@ from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from tqdm import tqdm
 
-from asddpg.build import make_cameras, navigation_env
+from asddpg.build import make_cameras, navigation_env, prepare_torch
 from asddpg.command_line import evaluate_config
 from asddpg.config import EvaluateConfig
 from asddpg.episodes.evaluation import EvaluationResult, evaluate, table
 from asddpg.errors import UserError
-from asddpg.observers.progress import count_episodes
+from asddpg.messages import say
+from asddpg.observers.progress import count_episodes, notify
 from asddpg.options.help_text import help_text
 from asddpg.policy_setup import DriverSetup, set_up_driver
 from asddpg.program import run
@@ -27,6 +27,7 @@ from tasks.evaluation_pairs import fresh_pairs, stored_pairs
 from tasks.room_geometry.held_out import Pair
 
 
+@prepare_torch()
 def main(arguments: Sequence[str]) -> None:
     """Compose, drive, print the table, write evaluation.json."""
     config = evaluate_config(arguments)
@@ -35,18 +36,18 @@ def main(arguments: Sequence[str]) -> None:
     pairs, pairs_name = _pairs(config, task.name, task.goal_radius)
     file = RunFolder(setup.out).evaluation
     cameras = make_cameras(config.record, navigation_env(setup.environment))
-    recorder = setup.recorder(config.record, "evaluated_episodes", pairs_name, tqdm.write, cameras)
+    recorder = setup.recorder(config.record, "evaluated_episodes", pairs_name, notify, cameras)
     driver, episodes = setup.drivers[setup.name], count_episodes(pairs)
     try:
         result = evaluate(setup.environment, driver, episodes, task.control_timestep, (recorder,))
     finally:
         recorder.close()
-    print(f"{setup.title}, {task.name}, {pairs_name}\n{table({setup.name: result})}")
     content = _content(config, setup, pairs_name, result)
     write_json(file, content | ({"recordings": recorder.folder.name} if recorder.files else {}), keeps_old=True)
-    print(f"written to {file}")
+    say(f"{setup.title}, {task.name}, {pairs_name}\n{table({setup.name: result})}")
+    say(f"written to {file}")
     if recorder.files:
-        print(how_to_open(recorder.files, recorder.folder))
+        say(how_to_open(recorder.files, recorder.folder))
 
 
 def _content(config: EvaluateConfig, setup: DriverSetup, pairs_name: str, result: EvaluationResult) -> dict[str, Any]:

@@ -16,13 +16,13 @@ from asddpg.build import (
     make_agent,
     make_environment,
     navigation_env,
-    prepare_torch,
 )
 from asddpg.command_line import BASELINES, train_config
 from asddpg.config import ControllerConfig, EvaluateConfig, PlayConfig, RecordEvaluationConfig, TrainConfig
 from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone, random_actor, with_values
 from asddpg.episodes.random_streams import stream
 from asddpg.errors import UserError
+from asddpg.messages import say
 from asddpg.recording.pictures.cameras import Cameras
 from asddpg.recording.recorder import Recorder, Selection, every_nth
 from asddpg.runs import weights_file
@@ -79,7 +79,6 @@ def set_up_driver(config: EvaluateConfig | PlayConfig, verb: str, seed: int) -> 
         UserError: there is no such run or baseline, or options contradict one another.
     """
     check_device(config.device)
-    prepare_torch()
     if config.task is not None and config.task not in ALL_TASKS:
         raise UserError(f"there is no task {config.task!r}; there are {', '.join(ALL_TASKS)}")
     if config.agent is not None:
@@ -127,7 +126,7 @@ def _open_run(config: EvaluateConfig | PlayConfig, run: str) -> DriverSetup:
     if config.driver not in drivers:
         raise UserError("driver=switch needs a run with a controller, and this one is DDPG; driver=actor works")
     if not is_other_task and environment_hash(environment) != opened.provenance.get("model_hash"):
-        print("note: the scene's model is not the one this run was trained on")
+        say("note: the scene's model is not the one this run was trained on")
     return DriverSetup(
         title=f"{opened.title} (step {step}), driver {config.driver}",
         config=trained,

@@ -91,9 +91,9 @@ def _gymnasium_loop(env: gymnasium.Env[Any, Any], commands: Any) -> float:
     return seconds / len(commands)
 
 
+@prepare_torch()
 def training(steps: int = 1500) -> None:
     """Print training steps a second, ours and Stable-Baselines3's, and the ratio."""
-    prepare_torch()
     # Stable-Baselines3's DDPG updates the policy at every step: to compare, so must ours, whatever the default.
     alike = ["task=nav_complex", "agent.learning_starts=100", "agent.policy_every=1"]
     config = train_config(alike)

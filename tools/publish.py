@@ -20,6 +20,7 @@ from asddpg.config import ControllerConfig, TrainConfig
 from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone
 from asddpg.episodes.evaluation import EvaluationResult, evaluate, table
 from asddpg.errors import UserError
+from asddpg.messages import say
 from asddpg.observers.progress import count_episodes
 from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
@@ -56,6 +57,7 @@ class PublishArguments:
     )
 
 
+@prepare_torch()
 def main(arguments: Sequence[str]) -> None:
     """Export, test what was exported, write the card; the folder is whole or not there."""
     parsed = parse_arguments(PublishArguments, arguments)
@@ -68,7 +70,6 @@ def main(arguments: Sequence[str]) -> None:
             f"the controller {trained.config.controller.type} is not shipped, so neither is what it trained"
         )
     arguments_of(trained.config)  # an error before the driving, which takes minutes
-    prepare_torch()
     part = PretrainedFolder(claim_folder(folder.path.with_name(f".{parsed.name}.part")))
     try:
         _fill(part, parsed, trained, seconds)
@@ -77,7 +78,7 @@ def main(arguments: Sequence[str]) -> None:
             _replace(folder.path, part.path)
     finally:
         shutil.rmtree(part.path, ignore_errors=True)
-    print(f"written to {folder.path}; evaluate it: python -m asddpg.evaluate run=pretrained:{parsed.name}")
+    say(f"written to {folder.path}; evaluate it: python -m asddpg.evaluate run=pretrained:{parsed.name}")
 
 
 def _check_overwrite(parsed: PublishArguments) -> None:
@@ -101,7 +102,7 @@ def _fill(part: PretrainedFolder, parsed: PublishArguments, trained: Trained, se
     agent, step = _export(part, trained, config, environment)
     part.config.write_text(config_text(config, trained.provenance), encoding="utf-8")
     metrics, drives = _test(config, environment, agent, parsed.episodes)
-    print(table(metrics))
+    say(table(metrics))
     scene = environment_hash(environment)
     content: dict[str, object] = {
         "task": config.task.name,

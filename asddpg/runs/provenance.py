@@ -28,7 +28,10 @@ def current_versions(environment: gymnasium.Env) -> dict[str, str]:
 def recording_provenance(config: TrainConfig, provenance: dict[str, str], **more: str) -> Provenance:
     """Provenance of a recording: the configuration as YAML, and facts by name."""
     facts = {"task": config.task.name, "agent": config.agent.name, "seed": str(config.seed)}
-    return Provenance(config_text(config, provenance), {**facts, **more, **provenance})
+    facts |= {**more, **provenance}
+    # A path whose bytes are no UTF-8 is escaped.
+    facts = {name: text.encode(errors="backslashreplace").decode() for name, text in facts.items()}
+    return Provenance(config_text(config, provenance), facts)
 
 
 def environment_hash(environment: gymnasium.Env) -> str:

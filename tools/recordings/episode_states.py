@@ -1,7 +1,6 @@
 """Runs a recorded episode again: its actions give its physical states to the last bit."""
 
 import functools
-import sys
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
@@ -12,6 +11,7 @@ from asddpg.build import make_environment, navigation_env
 from asddpg.config import TrainConfig
 from asddpg.episodes.protocols import Action
 from asddpg.errors import UserError
+from asddpg.messages import ERR, say
 from asddpg.recording.files.reading import Recording
 from asddpg.recording.messages.path_message import DRIVER_COLOURS
 from asddpg.recording.pictures.caption import OUTCOME_COLOURS, Colour
@@ -100,11 +100,9 @@ class EpisodeStates:
         for count, step, _, is_same in self.run():
             if was_same and not is_same:
                 was_same = False
-                print(
-                    f"note: run again, {self.recording.path.name} goes another way from step {count} on: it was made "
-                    "on another machine or with other versions",
-                    file=sys.stderr,
-                )
+                name = self.recording.path.name
+                cause = "it was made on another machine or with other versions"
+                say(f"note: run again, {name} goes another way from step {count} on: {cause}", ERR)
             yield count, step
 
     def _read_action(self, step: StepRecord, number: int) -> tuple[Action, int]:

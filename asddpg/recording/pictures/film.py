@@ -121,7 +121,8 @@ class Film:
     def _open(self) -> None:
         lock = self._closing.enter_context(self.part.open("ab"))  # until it is closed: one process films at a time
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        self._container = self._av.open(str(self.part), "w", format="mp4", options=_IN_PROGRESS)
+        # "file:" lets no colon in a name make a protocol of it.
+        self._container = self._av.open(f"file:{self.part}", "w", format="mp4", options=_IN_PROGRESS)
         stream = self._container.add_stream(CODEC, rate=self._rate, options=OPTIONS)
         stream.width, stream.height, stream.pix_fmt = *self._image.size, "yuv420p"
         stream.codec_context.thread_count = 1
@@ -143,8 +144,8 @@ class Film:
         whole = self._path.with_name(self._path.name + ".new")
         try:
             with (
-                self._av.open(str(self.part)) as source,
-                self._av.open(str(whole), "w", format="mp4", options=_FINISHED) as target,
+                self._av.open(f"file:{self.part}") as source,
+                self._av.open(f"file:{whole}", "w", format="mp4", options=_FINISHED) as target,
             ):
                 stream = target.add_stream_from_template(source.streams.video[0])
                 for packet in source.demux(video=0):
