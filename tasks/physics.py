@@ -62,11 +62,6 @@ def compute_digest(positions: bytes, velocities: bytes) -> int:
     return zlib.crc32(velocities, zlib.crc32(positions))
 
 
-def _to_qpos(pose: Pose) -> list[float]:
-    half_yaw = 0.5 * pose.yaw
-    return [pose.x, pose.y, 0.0, math.cos(half_yaw), 0.0, 0.0, math.sin(half_yaw)]
-
-
 class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no types
     """A scene with a Pioneer: commands in, readings out.
 
@@ -186,8 +181,11 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         self._crashed, self._delayed = False, None
         self._pushed.clear()
         self.data.ptr.qvel[:] = 0.0
-        start = self._base_qpos
-        self.data.ptr.qpos[start : start + 7] = _to_qpos(pose)
+        self._place(self.data.ptr, pose)
+
+    def _place(self, data: mujoco.MjData, pose: Pose) -> None:
+        start, half_yaw = self._base_qpos, 0.5 * pose.yaw
+        data.qpos[start : start + 7] = [pose.x, pose.y, 0.0, math.cos(half_yaw), 0.0, 0.0, math.sin(half_yaw)]
 
     def set_goal(self, x: float, y: float) -> None:
         """Put the goal at (x, y), metres, world frame; within an episode too, without any effect on the motion."""
@@ -279,13 +277,11 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
 
     def is_free(self, pose: Pose) -> bool:
         """Whether the robot, put at `pose` into the scene as its file has it, touches nothing but the floor."""
-        scratch = self._scratch = self._scratch or mujoco.MjData(self.model.ptr)
-        mujoco.mj_resetData(self.model.ptr, scratch)
-        start = self._base_qpos
-        scratch.qpos[start : start + 7] = _to_qpos(pose)
-        mujoco.mj_kinematics(self.model.ptr, scratch)
-        mujoco.mj_collision(self.model.ptr, scratch)
-        return not any(self._contact_kinds[first][second] for first, second in scratch.contact.geom.tolist())
+        data = mujoco.MjData(self.model.ptr)
+        self._place(data, pose)
+        mujoco.mj_kinematics(self.model.ptr, data)
+        mujoco.mj_collision(self.model.ptr, data)
+        return not any(self._contact_kinds[first][second] for first, second in data.contact.geom.tolist())
 
     def sensor(self, name: str) -> FloatArray:
         """A sensor's reading in the present state, in the units of its kind: float64 (dim,).

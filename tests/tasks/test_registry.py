@@ -12,7 +12,6 @@ from dm_env import test_utils
 from gymnasium.utils.env_checker import check_env
 
 import tasks
-from tasks.registry import make_rule
 from tasks.room_geometry import held_out
 
 EVERY_TASK = pytest.mark.parametrize("name", tasks.ALL_TASKS)
@@ -71,7 +70,8 @@ def test_the_rooms_of_the_paper_keep_the_released_codes_rule_and_draw_the_same_g
 
 
 @EVERY_TASK
-def test_stored_sets_have_their_sizes_and_a_path_to_every_goal(name: str) -> None:
+def test_stored_sets_have_their_sizes_and_a_path_from_every_free_start_to_every_free_goal(name: str) -> None:
+    environment = tasks.load(name)
     sizes: dict[held_out.SetName, int] = {"validation": 50, "test": 200}
     for set_name, size in sizes.items():
         pairs = held_out.held_out_pairs(name, set_name)
@@ -80,16 +80,7 @@ def test_stored_sets_have_their_sizes_and_a_path_to_every_goal(name: str) -> Non
             straight = np.hypot(pair.goal[0] - pair.start.x, pair.goal[1] - pair.start.y) - 0.3
             longest = 2 * straight + 1 if name in PAPER_ROOMS else 8.0
             assert straight - 0.06 <= pair.shortest_path <= longest
-
-
-@EVERY_TASK
-def test_every_stored_and_every_drawn_pair_is_accepted(name: str) -> None:
-    environment = tasks.load(name)
-    rule, rng, physics = make_rule(name, environment.physics.model.ptr), np.random.default_rng(0), environment.physics
-    stored = held_out.held_out_pairs(name, "validation") + held_out.held_out_pairs(name, "test")
-    drawn = [rule.draw(rng, np.zeros((0, 2))) for _ in range(300)]
-    for start, goal in [*((pair.start, pair.goal) for pair in stored), *drawn]:
-        environment.task.set_next_pair(physics, start, goal)
+            environment.task.set_next_pair(environment.physics, pair.start, pair.goal)
 
 
 # A recommendation for learners; an action here is in m/s and rad/s, and gymnasium.wrappers.RescaleAction scales it.
