@@ -66,7 +66,7 @@ test: dev
 test-fast: dev
 	$(BIN)/python -m pytest $(AT_ONCE) -m "not slow and not long and not faults"
 
-test-long: dev
+test-long: dev $(VENV)/bench
 	$(BIN)/python -m pytest -m long
 
 faults: dev

@@ -32,13 +32,15 @@ from asddpg.errors import UserError, truncated_repr
 from asddpg.recording.live.controls import Steering
 from asddpg.recording.live.live_view import LiveView
 from asddpg.recording.pictures.cameras import Cameras
-from tasks import Reward, gymnasium_id
+from tasks import NavigationConfig, Reward, gymnasium_id
 from tasks.gymnasium_api.navigation_env import NavigationEnv
+from tasks.options import build_options
 
 
 def make_environment(task: TaskConfig, reward: Reward) -> gymnasium.Env:
     """The task as a Gymnasium environment, actions in m/s and rad/s."""
-    return gymnasium.make(gymnasium_id(task.name), reward=reward, config=task, num_scans=task.num_scans)
+    config = build_options(NavigationConfig, "task", task)  # what a spec's JSON can hold
+    return gymnasium.make(gymnasium_id(task.name), reward=reward, config=config, num_scans=task.num_scans)
 
 
 def navigation_env(environment: gymnasium.Env) -> NavigationEnv:

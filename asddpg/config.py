@@ -9,6 +9,7 @@ from asddpg.errors import UserError
 from asddpg.options.values import check_value
 from tasks import NavigationConfig, Reward
 from tasks.constants import NUM_SCANS
+from tasks.gymnasium_api.flat_observation import SCANS
 from tasks.options import NOT_NEGATIVE, POSITIVE, SHARE, Range, between, one_of, option, options_of, some_of
 from tasks.rewards import REWARDS, Outcome
 
@@ -47,7 +48,7 @@ class TaskConfig(NavigationConfig):
     """The room and the constants of the task."""
 
     name: str = "nav_complex"
-    num_scans: int = option(NUM_SCANS, "Scans stacked in the observation.", between(1, 100))
+    num_scans: int = option(NUM_SCANS, "Scans stacked in the observation.", SCANS)
 
 
 @dataclass

@@ -13,7 +13,6 @@ import mujoco
 import numpy as np
 
 from tasks.constants import FIELD_OF_VIEW, MAX_RANGE, MIN_RANGE, NUM_BEAMS, PHYSICS_TIMESTEP
-from tasks.errors import TaskError
 from tasks.generator_state import generator_state, restored_generator
 from tasks.options import NOT_NEGATIVE, SHARE, between, check_options, option
 from tasks.physics import FloatArray, Physics
@@ -101,16 +100,11 @@ def set_beams(spec: mujoco.MjSpec, count: int) -> None:
     Args:
         spec: a scene not yet compiled; changed in place, unless it has no laser.
         count: of beams, 2 or more.
-
-    Raises:
-        TaskError: the count is too small.
     """
     sites = [site for site in spec.sites if site.name.startswith("ray_")]
     sensors = [sensor for sensor in spec.sensors if sensor.name.startswith("range_")]
     if not sites or not sensors or len(sites) == count:
         return
-    if count < 2:
-        raise TaskError(f"a laser has 2 beams or more, not {count}")
     body, size, group, rgba = sites[0].parent, sites[0].size.copy(), sites[0].group, sites[0].rgba.copy()
     place = spec.copy().compile().site(sites[0].name).pos  # in the body's frame, whatever frames lie between
     cutoff, reading = sensors[0].cutoff, sensors[0].intprm.copy()

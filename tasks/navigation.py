@@ -13,9 +13,9 @@ from dm_env import specs
 from tasks import constants
 from tasks.errors import TaskError
 from tasks.laser import Laser, LaserConfig
-from tasks.options import NOT_NEGATIVE, POSITIVE, Range, between, check_options, option
+from tasks.options import NOT_NEGATIVE, POSITIVE, Range, between, build_options, check_options, option
 from tasks.physics import FloatArray, Physics, Pose, Readings
-from tasks.rewards import Outcome, Reward
+from tasks.rewards import NO_REWARD, Outcome, Reward
 from tasks.room_geometry.start_goal import PairRule
 
 # Bounds of the observation, wide enough for anything the robot does. The wheels' limit gives 1.2 m/s and 7.3 rad/s.
@@ -31,7 +31,7 @@ def _up_to(limit: float, unit: str) -> Range:
 
 def _is_control_timestep(seconds: float) -> bool:
     steps = seconds / constants.PHYSICS_TIMESTEP
-    return 0.01 <= seconds <= 2.0 and abs(steps - round(steps)) < 1e-6
+    return 0.01 <= seconds <= 2.0 and abs(steps - round(steps)) < 1e-8
 
 
 CONTROL_TIMESTEPS = Range(_is_control_timestep, "from 0.01 to 2 s and a multiple of the physics step, 5 ms")
@@ -55,6 +55,7 @@ class NavigationConfig:
 
     def __post_init__(self) -> None:
         """TaskError where a value is out of range."""
+        self.laser = build_options(LaserConfig, "laser", self.laser)
         check_options(self)
         if not self.min_linear_velocity < self.max_linear_velocity:
             limit = f"below max_linear_velocity, {self.max_linear_velocity}"
@@ -68,7 +69,6 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
 
     Attributes:
         readings: of base and goal at the present instant; physics is read once a step.
-        next_pair: start and goal of the next episode, and only that one; None draws them.
     """
 
     readings: Readings
@@ -96,32 +96,59 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         # A stream of its own: noise on the scans changes no start and no goal.
         self.laser = Laser(config.laser, config.control_timestep, rng.spawn(1)[0])
         self._held_out = held_out
-        self._rule = rule
-        self.next_pair: tuple[Pose, tuple[float, float]] | None = None
+        self.rule = rule
+        self._next_pair: tuple[Pose, tuple[float, float]] | None = None  # None draws them
         self.start = Pose(0.0, 0.0, 0.0)  # of the episode, as it was set: the pose read back differs in the last bit
         self._reset_episode()
 
     def _reset_episode(self) -> None:
         self.outcome = Outcome.RUNNING
-        self.reward_terms: Mapping[str, float] = {}
+        self.reward_terms = NO_REWARD.copy()
         self._steps = 0
 
     # Episode ------------------------------------------------------------------------------------------------------
 
     def initialize_episode(self, physics: Physics) -> None:
         """Place robot and goal."""
-        self.start, goal = self.next_pair or self._rule.draw(self.rng, self._held_out)
-        self.next_pair = None
+        self.start, goal = self._next_pair or self.rule.draw(self.rng, self._held_out)
+        self._next_pair = None
         physics.set_pose(self.start)
         physics.set_goal(*goal)
         self.laser.begin_episode(physics)
         self.readings = physics.readings()
         self._reset_episode()
 
+    def set_next_pair(self, physics: Physics, start: Pose, goal: tuple[float, float]) -> None:
+        """Give the next episode, and only that one, a start and a goal.
+
+        Raises:
+            TaskError: one of them lies outside the room or in an obstacle, or the robot would touch one at the start.
+        """
+        self._check_place("start", *start[:2])
+        self._check_place("goal", *goal)
+        if not physics.is_free(start):
+            place = f"({start.x:g}, {start.y:g}, {start.yaw:g})"
+            raise TaskError(f"a start must leave the robot free; at {place} it touches an obstacle")
+        self._next_pair = start, goal
+
     def move_goal(self, physics: Physics, goal: tuple[float, float]) -> None:
-        """Change the goal of the episode in progress; the next step's progress is measured towards it."""
+        """Change the goal of the episode in progress; the next step's progress is measured towards it.
+
+        Raises:
+            TaskError: the goal lies outside the room or in an obstacle.
+        """
+        self._check_place("goal", *goal)
         physics.set_goal(*goal)
         self.readings = physics.readings()
+
+    def _check_place(self, kind: str, x: float, y: float) -> None:
+        room = self.rule.obstacles
+        (left, bottom), (right, top) = room.low, room.high
+        if not (left < x < right and bottom < y < top):
+            bounds = f"x from {left:g} to {right:g} m and y from {bottom:g} to {top:g} m"
+            raise TaskError(f"a {kind} must lie in the room, {bounds}, not at ({x:g}, {y:g})")
+        if not room.clearance((x, y)) > 0.0:
+            raise TaskError(f"a {kind} must lie on free floor; at ({x:g}, {y:g}) there is an obstacle")
 
     # State ----------------------------------------------------------------------------------------------------------
 
@@ -129,7 +156,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         """Everything but physics and `rng` that the next steps depend on: plain values and arrays."""
         return {
             "start": list(self.start),
-            "next_pair": self.next_pair and [list(part) for part in self.next_pair],
+            "next_pair": self._next_pair and [list(part) for part in self._next_pair],
             "outcome": str(self.outcome),
             "reward_terms": dict(self.reward_terms),
             "steps": self._steps,
@@ -141,7 +168,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         self.readings = physics.readings()
         self.start = Pose(*state["start"])
         pair = state["next_pair"]
-        self.next_pair = (Pose(*pair[0]), (pair[1][0], pair[1][1])) if pair else None
+        self._next_pair = (Pose(*pair[0]), (pair[1][0], pair[1][1])) if pair else None
         self.outcome = Outcome(state["outcome"])
         self.reward_terms = dict(state["reward_terms"])
         self._steps = state["steps"]

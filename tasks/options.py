@@ -9,13 +9,17 @@ import math
 import reprlib
 import types
 import typing
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import MISSING
 from numbers import Integral, Real
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
+
+import numpy as np
 
 from tasks.errors import TaskError
+
+T = TypeVar("T")
 
 _LARGEST = 2**63  # no option needs such a whole number, and not every counter can hold it
 
@@ -151,6 +155,26 @@ def check_options(config: Any) -> None:
     Raises:
         TaskError: the first that is out of range.
     """
+    for name, value in vars(config).items():
+        if isinstance(value, np.generic):  # JSON knows numbers of Python; float32's 0.2 becomes 0.2
+            setattr(config, name, float(str(value)) if isinstance(value, np.floating) else value.item())
     for each in options_of(config):
         if requirement := each.requirement(each.value):
             raise TaskError(f"{each.name} must be {requirement}, not {reprlib.repr(each.value)}")
+
+
+def build_options(owner: type[T], name: str, value: Any) -> T:
+    """An object of a class of options: a copy, checked again, or one made of a mapping of its options by name.
+
+    Raises:
+        TaskError: neither; an unknown option; a value out of range.
+    """
+    names = [each.name for each in dataclasses.fields(typing.cast(Any, owner))]
+    if isinstance(value, owner):
+        return owner(**{each: getattr(value, each) for each in names})
+    if not isinstance(value, Mapping):
+        raise TaskError(f"{name} must be a {owner.__name__} or a mapping of its options, not {reprlib.repr(value)}")
+    for key in value:
+        if key not in names:
+            raise TaskError(f"{name} has no option {key!r}; there are {', '.join(names)}")
+    return owner(**value)

@@ -45,12 +45,14 @@ class Readings(NamedTuple):
     Attributes:
         pose: of the base, world frame.
         velocity: of the base, robot frame.
+        goal: x and y, metres, world frame.
         goal_in_robot_frame: the goal ahead of (x) and to the left of (y) the base, metres.
         goal_distance: between base and goal, metres.
     """
 
     pose: Pose
     velocity: Velocity
+    goal: tuple[float, float]
     goal_in_robot_frame: tuple[float, float]
     goal_distance: float
 
@@ -181,9 +183,11 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         self._crashed, self._delayed, self.delayed_poses = False, None, None
         self._pushed.clear()
         self.data.ptr.qvel[:] = 0.0
-        start = self._base_qpos
-        half_yaw = 0.5 * pose.yaw
-        self.data.ptr.qpos[start : start + 7] = [pose.x, pose.y, 0.0, math.cos(half_yaw), 0.0, 0.0, math.sin(half_yaw)]
+        self._place(self.data.ptr, pose)
+
+    def _place(self, data: mujoco.MjData, pose: Pose) -> None:
+        start, half_yaw = self._base_qpos, 0.5 * pose.yaw
+        data.qpos[start : start + 7] = [pose.x, pose.y, 0.0, math.cos(half_yaw), 0.0, 0.0, math.sin(half_yaw)]
 
     def set_goal(self, x: float, y: float) -> None:
         """Put the goal at (x, y), metres, world frame; within an episode too, without any effect on the motion."""
@@ -275,6 +279,14 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         readings[readings < 0.0] = high  # MuJoCo's "no hit"
         return np.clip(readings, low, high, out=readings)
 
+    def is_free(self, pose: Pose) -> bool:
+        """Whether the robot, put at `pose` into the scene as its file has it, touches nothing but the floor."""
+        data = mujoco.MjData(self.model.ptr)
+        self._place(data, pose)
+        mujoco.mj_kinematics(self.model.ptr, data)
+        mujoco.mj_collision(self.model.ptr, data)
+        return not any(self._contact_kinds[first][second] for first, second in data.contact.geom.tolist())
+
     def sensor(self, name: str) -> FloatArray:
         """A sensor's reading in the present state, in the units of its kind: float64 (dim,).
 
@@ -308,11 +320,11 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         """Pose, velocity and goal together, which costs less than one after the other."""
         pose = self.pose()
         vx, vy, _, _, _, yaw_rate = self.data.ptr.qvel[self._base_qvel : self._base_qvel + 6].tolist()
-        goal_x, goal_y = self.goal()
-        dx, dy = goal_x - pose.x, goal_y - pose.y
+        goal = self.goal()
+        dx, dy = goal[0] - pose.x, goal[1] - pose.y
         cos, sin = math.cos(pose.yaw), math.sin(pose.yaw)
         velocity = Velocity(vx * cos + vy * sin, yaw_rate)
-        return Readings(pose, velocity, (cos * dx + sin * dy, cos * dy - sin * dx), math.hypot(dx, dy))
+        return Readings(pose, velocity, goal, (cos * dx + sin * dy, cos * dy - sin * dx), math.hypot(dx, dy))
 
     def crashed(self) -> bool:
         """Whether the robot touched anything but the floor and class `movable` during the last step()."""

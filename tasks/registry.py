@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import mujoco
 import numpy as np
@@ -11,6 +11,7 @@ from dm_control.rl import control
 
 from tasks.errors import TaskError
 from tasks.navigation import Navigation, NavigationConfig
+from tasks.options import build_options
 from tasks.rewards import REWARDS, Reward
 from tasks.room_geometry.held_out import held_out_goals
 from tasks.room_geometry.start_goal import FreeSpaceRule, OriginRule, PairRule
@@ -49,26 +50,27 @@ ALL_TASKS: tuple[str, ...] = tuple(DEFINITIONS)
 def load(
     task_name: str,
     random: int | np.random.Generator | None = None,
-    reward: str | Reward | None = None,
-    config: NavigationConfig | None = None,
+    reward: str | Reward | Mapping[str, Any] | None = None,
+    config: NavigationConfig | Mapping[str, Any] | None = None,
 ) -> control.Environment:
     """Load a task as a dm_control environment.
 
     Args:
         task_name: one of ALL_TASKS.
         random: seed or generator of starts and goals; None draws a fresh seed.
-        reward: `dense`, `sparse` or a Reward; None takes the task's default.
-        config: constants of the task; None takes the paper's.
+        reward: `dense`, `sparse`, a Reward or a mapping of its options; None takes the task's default.
+        config: constants of the task, or a mapping of some; None takes the paper's.
 
     Raises:
-        TaskError: no such task or reward, or its scene file is broken.
+        TaskError: no such task or reward, a constant out of range, or the scene file is broken.
     """
-    config = config or NavigationConfig()
-    reward = reward or _find(DEFINITIONS, "task", task_name).reward
+    definition = _find(DEFINITIONS, "task", task_name)
+    config = build_options(NavigationConfig, "config", {} if config is None else config)
+    reward = definition.reward if reward is None else reward
     physics = open_scene(scene_path(task_name), TASK_CAMERAS, config.laser.num_beams)
     task = Navigation(
         config,
-        _find(REWARDS, "reward", reward) if isinstance(reward, str) else reward,
+        _find(REWARDS, "reward", reward) if isinstance(reward, str) else build_options(Reward, "reward", reward),
         np.random.default_rng(random),
         held_out_goals(task_name),
         make_rule(task_name, physics.model.ptr),
@@ -85,6 +87,6 @@ def make_rule(task_name: str, model: mujoco.MjModel) -> PairRule:
 
 
 def _find(table: Mapping[str, T], kind: str, name: str) -> T:
-    if name not in table:
+    if not isinstance(name, str) or name not in table:
         raise TaskError(f"there is no {kind} {name!r}; there are {', '.join(table)}")
     return table[name]

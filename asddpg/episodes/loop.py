@@ -76,7 +76,8 @@ class EpisodeInProgress:
             observer.step(step, learned)
         self.observation = next_observation
         if terminated or truncated:
-            self.stats.outcome = info.get("outcome", "ended" if terminated else "timeout")
+            outcome = info.get("outcome", "running")
+            self.stats.outcome = outcome if outcome != "running" else "ended" if terminated else "timeout"
             self.is_over = True
         return step, learned
 

@@ -38,11 +38,7 @@ class OffscreenRenderer:
         Raises:
             TaskError: no working graphics library, or a size beyond the model's offscreen buffer.
         """
-        limits = model.vis.global_
-        if not (0 < width <= limits.offwidth and 0 < height <= limits.offheight):
-            raise TaskError(
-                f"a picture must be within {limits.offwidth} x {limits.offheight} px, not {width} x {height}"
-            )
+        check_picture(model, FREE, width, height)
         self._model = model
         self._rect = mujoco.MjrRect(0, 0, width, height)
         self._context: Any = open_context(width, height)
@@ -79,7 +75,7 @@ class OffscreenRenderer:
         Returns:
             uint8 (height, width, 3), first row on top.
         """
-        view = camera if isinstance(camera, mujoco.MjvCamera) else self._view(camera)
+        view = camera if isinstance(camera, mujoco.MjvCamera) else _find_view(self._model, camera)
         self._context.make_current()
         everything = mujoco.mjtCatBit.mjCAT_ALL
         mujoco.mjv_updateScene(self._model, data, self._options, None, view, everything, self._scene)
@@ -90,19 +86,6 @@ class OffscreenRenderer:
         mujoco.mjr_readPixels(picture, None, self._rect, self._mjr)
         return picture[::-1].copy()
 
-    def _view(self, camera: str | int) -> mujoco.MjvCamera:
-        names = [self._model.camera(index).name for index in range(self._model.ncam)]
-        view = mujoco.MjvCamera()
-        if camera in (FREE, -1):
-            mujoco.mjv_defaultFreeCamera(self._model, view)
-            view.distance *= 0.8  # MuJoCo leaves a wide margin
-        elif camera in names or camera in range(len(names)):
-            view.type = mujoco.mjtCamera.mjCAMERA_FIXED
-            view.fixedcamid = names.index(camera) if isinstance(camera, str) else camera
-        else:
-            raise TaskError(f"there is no camera {camera!r}; there are {', '.join([*names, FREE])}")
-        return view
-
     def close(self) -> None:
         """Free the context; may be called again."""
         if self._context is not None:
@@ -111,6 +94,28 @@ class OffscreenRenderer:
             self._context.free()
             self._context = None
             atexit.unregister(self._at_exit)
+
+
+def check_picture(model: mujoco.MjModel, camera: str | int, width: int, height: int) -> None:
+    """TaskError where a scene has no such camera, or its offscreen buffer no such size, px."""
+    limits = model.vis.global_
+    if not (0 < width <= limits.offwidth and 0 < height <= limits.offheight):
+        raise TaskError(f"a picture must be within {limits.offwidth} x {limits.offheight} px, not {width} x {height}")
+    _find_view(model, camera)
+
+
+def _find_view(model: mujoco.MjModel, camera: str | int) -> mujoco.MjvCamera:
+    names = [model.camera(index).name for index in range(model.ncam)]
+    view = mujoco.MjvCamera()
+    if camera in (FREE, -1):
+        mujoco.mjv_defaultFreeCamera(model, view)
+        view.distance *= 0.8  # MuJoCo leaves a wide margin
+    elif camera in names or camera in range(len(names)):
+        view.type = mujoco.mjtCamera.mjCAMERA_FIXED
+        view.fixedcamid = names.index(camera) if isinstance(camera, str) else camera
+    else:
+        raise TaskError(f"there is no camera {camera!r}; there are {', '.join([*names, FREE])}")
+    return view
 
 
 def _close_if_alive(reference: "weakref.ref[OffscreenRenderer]") -> None:

@@ -7,7 +7,10 @@ import numpy.typing as npt
 
 from tasks.constants import MAX_RANGE
 from tasks.errors import TaskError
+from tasks.options import between
 from tasks.physics import FloatArray
+
+SCANS = between(1, 100)
 
 Float32Array = npt.NDArray[np.float32]
 

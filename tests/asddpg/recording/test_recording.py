@@ -278,7 +278,7 @@ def test_an_interrupted_episode_is_completed_as_cut(tmp_path: Path) -> None:
 def test_a_recording_interrupted_after_a_non_finite_reward_is_completed_too(tmp_path: Path) -> None:
     environment = environment_of()
     recorder = recorder_for(tmp_path, environment)
-    observation, info = environment.reset(options={"start": (0.0, 0.0, 0.0), "goal": (2.0, 2.0)})
+    observation, info = environment.reset(options={"start": (0.0, 0.0, 0.0), "goal": (3.0, -2.5)})
     recorder.begin_episode(observation, info)
     decision = Decision(np.zeros(2, dtype=np.float32), Driver.CONTROLLER)
     for reward in (0.5, float("nan")):
