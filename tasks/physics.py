@@ -234,12 +234,17 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
             elif kind == _PUSH:
                 self._pushed |= {self._geom_bodies[first], self._geom_bodies[second]} - self._robot_bodies
 
-    def render(self, height: int = 240, width: int = 320, camera_id: str | int = "chase") -> Picture:
+    def render(
+        self, height: int = 240, width: int = 320, camera_id: str | int = "chase", *args: Any, **options: Any
+    ) -> Picture:
         """A picture of the scene, uint8 (height, width, 3), by a camera's name or number, −1 the overall view.
 
-        dm_control's own opens a screen first; these are the arguments it shares. For many pictures keep an
-        OffscreenRenderer (tasks.graphics.rendering); for depth use mujoco.Renderer.
+        dm_control's own opens a screen first, and serves one thread of one process; it draws what only it can: depth,
+        overlays, and whatever else is given. For many pictures keep an OffscreenRenderer (tasks.graphics.rendering).
         """
+        if args or options:
+            drawn: Picture = super().render(height, width, camera_id, *args, **options)
+            return drawn
         renderer = OffscreenRenderer(self.model.ptr, width, height)
         try:
             return renderer.render(self.data.ptr, camera_id)

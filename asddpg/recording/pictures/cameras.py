@@ -21,7 +21,7 @@ class HasPhysics(Protocol):
 
 
 class Cameras:
-    """Some cameras of an environment's scene; for use from the thread that made them."""
+    """Some cameras of an environment's scene."""
 
     def __init__(self, environment: HasPhysics, names: Sequence[str], width: int, height: int, is_video: bool) -> None:
         """Open them, and take a picture with each, so that errors show before a run begins.
