@@ -9,6 +9,8 @@ import sys
 from collections.abc import Callable, Iterator
 from typing import Any, TypeVar
 
+import mujoco
+
 from tasks.errors import TaskError
 
 T = TypeVar("T")
@@ -21,6 +23,7 @@ PACKAGES = {
     "glfw": "libglfw3 libgl1 libgl1-mesa-dri",
 }
 _SWITCH, _PLATFORM, _DEVICE = "MUJOCO_GL", "PYOPENGL_PLATFORM", "MUJOCO_EGL_DEVICE_ID"
+_SCREENS = ("DISPLAY", "WAYLAND_DISPLAY")
 _ANY = ("", "1", "on", "true", "enable", "enabled")  # as mujoco and dm_control read MUJOCO_GL
 _EGL_DISPLAYS = ("mujoco.egl", "dm_control._render.pyopengl.egl_renderer")
 _SECOND_DISPLAY = "second display"
@@ -66,8 +69,6 @@ def forget_contexts() -> None:
 
 
 def _open(backend: str, width: int, height: int, make: Callable[[], T]) -> tuple[Any, T]:
-    if backend == "glfw" and not (os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY")):
-        raise TaskError(f"{_SWITCH}=glfw needs a screen, and DISPLAY names none; {_SWITCH}=egl does without")
     try:
         with _environment(MUJOCO_GL=backend), contextlib.ExitStack() as undo:  # MuJoCo's library reads MUJOCO_GL too
             module = _library(backend)
@@ -82,7 +83,7 @@ def _open(backend: str, width: int, height: int, make: Callable[[], T]) -> tuple
     except TaskError:
         raise
     except Exception as error:  # those of PyOpenGL, ctypes, glfw and MuJoCo have no common class
-        raise graphics_error(backend, error) from error
+        raise _error(backend, error) from error
     _opened.add(backend)
     return context, made
 
@@ -94,20 +95,27 @@ def _library(backend: str) -> Any:
         _open_second_display(backend, module)
     elif backend == "egl" and not module.EGL_DISPLAY:
         module.EGL_DISPLAY = None  # mujoco keeps the display that it failed to open
+    elif backend == "glfw" and not (any(map(os.environ.get, _SCREENS)) and module.glfw.init()):
+        raise TaskError(f"{_SWITCH}=glfw needs a screen, and DISPLAY names none that opens; {_SWITCH}=egl needs none")
     return module
 
 
-def graphics_error(backend: str, error: Exception) -> TaskError:
-    """The error that says why a graphics library fails, and what to do."""
-    # What PyOpenGL raises for a missing library is "'NoneType' object has no attribute …".
-    is_missing = isinstance(error, AttributeError)
-    reason = f"{LIBRARIES[backend]} is missing" if is_missing else " ".join(str(error).split()).rstrip(".")
-    if os.environ.get(_PLATFORM, backend).lower() != backend:
-        advice = f"unset {_PLATFORM}, which is {os.environ[_PLATFORM]}"
-    elif backend == "egl" and _DEVICE in os.environ and not is_missing:
-        advice = f"unset {_DEVICE}, which is {os.environ[_DEVICE]!r}, and the first device that works is taken"
-    else:
-        advice = f"on Debian: apt-get install --no-install-recommends {PACKAGES[backend]}"
+def _error(backend: str, error: Exception) -> TaskError:
+    """The error that says why a graphics library fails, and what helps."""
+    reason = " ".join(str(error).split()).rstrip(".")
+    platform, device = os.environ.get(_PLATFORM, backend), os.environ.get(_DEVICE)
+    advice = f"on Debian: apt-get install --no-install-recommends {PACKAGES[backend]}"
+    if platform.lower() != backend:
+        reason, advice = f"{_PLATFORM} is {platform}", f"unset {_PLATFORM}"
+    elif isinstance(error, AttributeError):  # PyOpenGL's is "'NoneType' object has no attribute …"
+        reason = f"{LIBRARIES[backend]} is missing"
+    elif isinstance(error, mujoco.FatalError):
+        advice = "a newer driver has what MuJoCo needs, or MUJOCO_GL=osmesa draws without one"
+    elif backend == "egl" and device is not None:
+        reason = f"{_DEVICE}={device!r} names no device that can be opened"
+        advice = f"unset {_DEVICE}, and the first that works is taken"
+    if backend == "osmesa":
+        advice += f", or unset {_SWITCH}"
     return TaskError(f"pictures need a graphics library, and {backend} does not work ({reason}); {advice}")
 
 

@@ -152,7 +152,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         """
         return {
             "task_name": self._task_name,
-            "physics": self._physics.state(),
+            "physics": self._physics.full_state(),
             "task": self._task.state(),
             "observation": self._stack.state(),
             "rng": generator_state(self.np_random),
@@ -175,7 +175,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         if state["task_name"] != self._task_name:
             raise TaskError(f"the state is of {state['task_name']}, and the environment of {self._task_name}")
         self._stack.load_state(state["observation"])
-        self._physics.load_state(state["physics"])
+        self._physics.load_full_state(state["physics"])
         self._task.load_state(state["task"], self._physics)
         self.np_random = self._task.rng = restored_generator(state["rng"])
         self._np_random_seed = state["seed"]
