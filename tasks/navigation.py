@@ -12,6 +12,7 @@ from dm_env import specs
 
 from tasks import constants
 from tasks.errors import TaskError
+from tasks.generator_state import RandomSource, make_generator
 from tasks.laser import Laser, LaserConfig
 from tasks.options import NOT_NEGATIVE, POSITIVE, Range, between, build_options, check_options, option
 from tasks.physics import FloatArray, Physics, Pose, Readings
@@ -230,6 +231,19 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
             "velocity": specs.BoundedArray((2,), np.float64, -VELOCITY_BOUNDS, VELOCITY_BOUNDS, "velocity"),
             "goal": specs.BoundedArray((2,), np.float64, -GOAL_BOUND, GOAL_BOUND, "goal"),
         }
+
+    @property
+    def random(self) -> np.random.Generator:
+        """`rng`, as dm_control's wrappers call it; setting it seeds the laser's noise too."""
+        return self.rng
+
+    @random.setter
+    def random(self, source: RandomSource) -> None:
+        self.rng = make_generator(source)
+        self.laser.rng = self.rng.spawn(1)[0]
+
+    _random = random  # by this name Shimmy's environments are seeded
+    visualize_reward = False  # dm_control's suite has it; the scene shows the goal, and no reward
 
     def action_spec(self, physics: Physics) -> specs.BoundedArray:
         """(v, ω) in m/s and rad/s."""

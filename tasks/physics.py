@@ -122,7 +122,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         with self.model.disable("sensor"):  # these are right already
             mujoco.mj_step1(self.model.ptr, self.data.ptr)
 
-    def state(self) -> dict[str, Any]:
+    def full_state(self) -> dict[str, Any]:
         """Everything that the steps to come depend on: plain values and arrays."""
         return {
             "integration": self.get_state(_FULL_STATE),
@@ -132,8 +132,8 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
             "delayed_scan": self._delayed,
         }
 
-    def load_state(self, state: Mapping[str, Any]) -> None:
-        """Restore what state() returned; the next steps are equal to the last bit.
+    def load_full_state(self, state: Mapping[str, Any]) -> None:
+        """Restore what full_state() returned; the next steps are equal to the last bit.
 
         Raises:
             TaskError: it is the state of another scene.
@@ -154,17 +154,17 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
     def copy(self, share_model: bool = False) -> Self:
         """A copy in the same state, with the same model if `share_model`."""
         copied: Self = super().copy(share_model)
-        copied.load_state(self.state())
+        copied.load_full_state(self.full_state())
         return copied
 
     def __getstate__(self) -> dict[str, Any]:
         """For pickle and copy.deepcopy."""
-        return {"data": self.data, "state": self.state()}
+        return {"data": self.data, "state": self.full_state()}
 
     def __setstate__(self, pickled: dict[str, Any]) -> None:
         """Restore what __getstate__() gave."""
         super().__setstate__(pickled["data"])
-        self.load_state(pickled["state"])
+        self.load_full_state(pickled["state"])
 
     # Commands -----------------------------------------------------------------------------------------------------
 
@@ -242,12 +242,17 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
             elif kind == _PUSH:
                 self._pushed |= {self._geom_bodies[first], self._geom_bodies[second]} - self._robot_bodies
 
-    def render(self, height: int = 240, width: int = 320, camera_id: str | int = "chase") -> Picture:
+    def render(
+        self, height: int = 240, width: int = 320, camera_id: str | int = "chase", *args: Any, **options: Any
+    ) -> Picture:
         """A picture of the scene, uint8 (height, width, 3), by a camera's name or number, −1 the overall view.
 
-        dm_control's own opens a screen first; these are the arguments it shares. For many pictures keep an
-        OffscreenRenderer (tasks.graphics.rendering); for depth use mujoco.Renderer.
+        dm_control's own opens a screen first, and serves one thread of one process; it draws what only it can: depth,
+        overlays, and whatever else is given. For many pictures keep an OffscreenRenderer (tasks.graphics.rendering).
         """
+        if args or options:
+            drawn: Picture = super().render(height, width, camera_id, *args, **options)
+            return drawn
         renderer = OffscreenRenderer(self.model.ptr, width, height)
         try:
             return renderer.render(self.data.ptr, camera_id)

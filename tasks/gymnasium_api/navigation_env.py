@@ -153,7 +153,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         """
         return {
             "task_name": self._task_name,
-            "physics": self.physics.state(),
+            "physics": self.physics.full_state(),
             "task": self._task.state(),
             "observation": self._stack.state(),
             "rng": generator_state(self.np_random),
@@ -176,7 +176,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         if state["task_name"] != self._task_name:
             raise TaskError(f"the state is of {state['task_name']}, and the environment of {self._task_name}")
         self._stack.load_state(state["observation"])
-        self.physics.load_state(state["physics"])
+        self.physics.load_full_state(state["physics"])
         self._task.load_state(state["task"], self.physics)
         self.np_random = self._task.rng = restored_generator(state["rng"])
         self._np_random_seed = state["seed"]

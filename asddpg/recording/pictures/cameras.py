@@ -14,7 +14,7 @@ JPEG_QUALITY = 80
 
 
 class Cameras:
-    """Some cameras of an environment's scene; for use from the thread that made them."""
+    """Some cameras of an environment's scene."""
 
     def __init__(
         self, environment: NavigationEnv, names: Sequence[str], width: int, height: int, is_video: bool

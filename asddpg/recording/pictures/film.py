@@ -44,7 +44,7 @@ class Film:
 
         Args:
             path: of the film, .mp4; an existing one is replaced at the end.
-            environment: to film; its scene is rendered in the thread that makes the film.
+            environment: to film.
             camera: of the scene, or `free`.
             width: px, even.
             height: px, even.
