@@ -55,7 +55,12 @@ def import_and_use() -> None:
 
 
 def print_changes() -> None:
-    for library in ("gymnasium", "scipy.special", "scipy.sparse", "dm_control.mujoco"):  # they change some of it themselves
+    for library in (
+        "gymnasium",
+        "scipy.special",
+        "scipy.sparse",
+        "dm_control.mujoco",
+    ):  # they change some of it themselves
         importlib.import_module(library)
     before = process_state()
     import_and_use()
