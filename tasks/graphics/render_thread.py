@@ -10,7 +10,7 @@ import threading
 from collections.abc import Callable
 from concurrent import futures
 from queue import SimpleQueue
-from typing import Any, Protocol, TypeVar
+from typing import Any, TypeVar
 
 from tasks.errors import TaskError
 from tasks.graphics.gl_context import forget_contexts
@@ -20,31 +20,35 @@ T = TypeVar("T")
 STOP_TIMEOUT = 10.0  # s that the interpreter's exit waits for a picture in progress
 
 
-class Freeable(Protocol):
-    """What needs the render thread to be freed."""
+class RenderThread(threading.Thread):
+    """Runs functions one after the other, until the interpreter exits.
 
-    def free(self) -> None:
-        """Free it; called once, in the render thread."""
-
-
-class RenderThread:
-    """Runs functions one after the other in one thread, until the interpreter exits."""
+    Attributes:
+        kept: contexts in use, which must not be collected in another thread.
+    """
 
     def __init__(self) -> None:
+        super().__init__(name="asddpg-render", daemon=True)
+        self.kept: list[Any] = []
         self._jobs: SimpleQueue[tuple[futures.Future[Any], Callable[[], Any]] | None] = SimpleQueue()
-        self._open: list[Freeable] = []
-        self._thread = threading.Thread(target=self._work, name="asddpg-render", daemon=True)
-        self._thread.start()
+        self.start()
+
+    def run(self) -> None:
+        """Work in the thread."""
+        while (job := self._jobs.get()) is not None:
+            future, function = job
+            with _lock:
+                try:
+                    future.set_result(function())
+                except BaseException as error:  # raised in the thread that called
+                    future.set_exception(error)
+            del job, future, function  # or what they hold would live until the next picture
 
     def call(self, function: Callable[[], T]) -> T:
-        """What the function returns or raises in the thread.
-
-        Raises:
-            TaskError: the interpreter is exiting.
-        """
-        if threading.current_thread() is self._thread:
+        """What the function returns or raises in the thread; TaskError while the interpreter exits."""
+        if threading.current_thread() is self:
             return function()
-        if not self._thread.is_alive():
+        if not self.is_alive():
             if threading.current_thread().daemon:
                 raise SystemExit  # it would be stopped a moment later, without a message
             raise TaskError("the interpreter is exiting: there are no more pictures")
@@ -61,38 +65,10 @@ class RenderThread:
         self._jobs.put((future, function))
         return future
 
-    def keep(self, opened: Freeable) -> None:
-        """Keep it until it is freed, since it must not be collected in another thread."""
-        self._open.append(opened)
-
-    def free(self, opened: Freeable) -> None:
-        """Free what was kept, later; from any thread, and in a forked process without effect."""
-        self.post(lambda: self._free(opened))
-
-    def _free(self, opened: Freeable) -> None:
-        if opened in self._open:
-            self._open.remove(opened)
-            opened.free()
-
-    def stop(self) -> None:
-        """End the thread after the picture in progress; what it keeps is left to the operating system."""
-        self._jobs.put(None)
-        self._thread.join(STOP_TIMEOUT)
-        self.abandon()
-
     def abandon(self) -> None:
-        """Leave everything as it is for ever: to free it would fail or hang."""
+        """End the thread; what it keeps is left to the operating system, since to free it now would fail or hang."""
         ctypes.pythonapi.Py_IncRef(ctypes.py_object(self))
-
-    def _work(self) -> None:
-        while (job := self._jobs.get()) is not None:
-            future, function = job
-            with _lock:
-                try:
-                    future.set_result(function())
-                except BaseException as error:  # raised in the thread that called
-                    future.set_exception(error)
-            del job, future, function  # or what they hold would live until the next picture
+        self._jobs.put(None)
 
 
 _lock = threading.RLock()  # held while something is drawn: a process is forked between two pictures
@@ -103,14 +79,14 @@ def render_thread() -> RenderThread:
     """The process's render thread, started when it is first needed."""
     global _thread
     with _lock:
-        if _thread is None:
-            _thread = RenderThread()
+        _thread = _thread or RenderThread()
         return _thread
 
 
 def _stop() -> None:
     if _thread is not None:
-        _thread.stop()
+        _thread.abandon()
+        _thread.join(STOP_TIMEOUT)
 
 
 def _start_anew() -> None:

@@ -6,6 +6,7 @@ pictures.
 
 import weakref
 from collections.abc import Callable
+from functools import partial
 
 import mujoco
 import numpy as np
@@ -75,7 +76,6 @@ class OffscreenRenderer:
         self._options.flags[mujoco.mjtVisFlag.mjVIS_RANGEFINDER] = 0
         self._thread: RenderThread | None = None
         self._drawing: _Drawing | None = None
-        self._finalizer: weakref.finalize[[_Drawing], OffscreenRenderer] | None = None
         thread = render_thread()
         thread.call(lambda: self._open(thread))
 
@@ -97,35 +97,34 @@ class OffscreenRenderer:
         """
         view = camera if isinstance(camera, mujoco.MjvCamera) else _find_view(self._model, camera)
         thread = render_thread()
-        return thread.call(lambda: self._draw(thread, data, view, decorate))
 
-    def _draw(
-        self,
-        thread: RenderThread,
-        data: mujoco.MjData,
-        view: mujoco.MjvCamera,
-        decorate: Callable[[mujoco.MjvScene], None] | None,
-    ) -> Picture:
-        everything = mujoco.mjtCatBit.mjCAT_ALL
-        mujoco.mjv_updateScene(self._model, data, self._options, None, view, everything, self._scene)
-        if decorate is not None:
-            decorate(self._scene)
-        return self._open(thread).draw(self._scene, self._rect)
+        def draw() -> Picture:
+            everything = mujoco.mjtCatBit.mjCAT_ALL
+            mujoco.mjv_updateScene(self._model, data, self._options, None, view, everything, self._scene)
+            if decorate is not None:
+                decorate(self._scene)
+            return self._open(thread).draw(self._scene, self._rect)
+
+        return thread.call(draw)
 
     def _open(self, thread: RenderThread) -> _Drawing:
         if self._drawing is None or self._thread is not thread:
             self._thread = thread
             self._drawing = _Drawing(self._model, self._rect.width, self._rect.height, self._smooth)
-            thread.keep(self._drawing)
-            self._finalizer = weakref.finalize(self, thread.free, self._drawing)
-            self._finalizer.atexit = False  # the thread frees what is left
+            thread.kept.append(self._drawing)
+            self._free = weakref.finalize(self, thread.post, partial(_free, thread, self._drawing))
+            self._free.atexit = False
         return self._drawing
 
     def close(self) -> None:
         """Free the context; may be called again."""
-        if self._finalizer is not None:
-            self._finalizer()
-        self._drawing = self._finalizer = None
+        self._free()
+        self._drawing = None
+
+
+def _free(thread: RenderThread, drawing: _Drawing) -> None:
+    thread.kept.remove(drawing)
+    drawing.free()
 
 
 def check_picture(model: mujoco.MjModel, camera: str | int, width: int, height: int) -> None:

@@ -8,6 +8,7 @@ import gymnasium
 import numpy as np
 import pytest
 from absl.testing import absltest
+from dm_control.suite.wrappers import action_noise
 from dm_env import test_utils
 from gymnasium.utils.env_checker import check_env
 
@@ -112,3 +113,16 @@ def test_held_out_sets_are_what_the_tool_draws(name: str) -> None:
 class TestDmEnvConformance(test_utils.EnvironmentTestMixin, absltest.TestCase):  # type: ignore[misc]
     def make_object_under_test(self) -> dm_env.Environment:
         return tasks.load("nav_complex", random=0)
+
+
+def test_dm_controls_wrappers_and_seeds_take_the_tasks() -> None:
+    environments = [tasks.load("nav_office", random=np.random.RandomState(3)) for _ in range(2)]
+    starts = [environment.reset() and environment.task.start for environment in environments]
+    assert starts[0] == starts[1]
+    for environment in environments:
+        environment.task._random = np.random.RandomState(4)  # as Shimmy seeds
+    noisy, plain = action_noise.Wrapper(environments[0]), environments[1]
+    assert noisy.reset().observation.keys() == plain.reset().observation.keys()
+    assert noisy.task.start == plain.task.start != starts[0]
+    assert not np.array_equal(noisy.step([0.3, 0.0]).observation["goal"], plain.step([0.3, 0.0]).observation["goal"])
+    assert plain.physics.state().shape == plain.physics.get_state().shape
