@@ -21,7 +21,7 @@ help:
 
 # Installing writes the stamp last: an interrupted install is begun again.
 $(VENV)/made:
-	$(PYTHON) -c 'import sys; sys.exit("asddpg needs Python 3.11 or newer" if sys.version_info < (3, 11) else 0)'
+	$(PYTHON) -c 'import sys; sys.exit((3, 11) <= sys.version_info[:2] < (3, 13) and 0 or "asddpg needs Python 3.11 or 3.12, named so: make PYTHON=python3.12")'
 	$(PYTHON) -m venv $(VENV)
 	@touch $@
 
@@ -66,7 +66,7 @@ test: dev
 test-fast: dev
 	$(BIN)/python -m pytest $(AT_ONCE) -m "not slow and not long and not faults"
 
-test-long: dev
+test-long: dev $(VENV)/bench
 	$(BIN)/python -m pytest -m long
 
 faults: dev

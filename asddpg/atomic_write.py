@@ -1,28 +1,68 @@
-"""Atomic writes: a file is either complete or unchanged."""
+"""Atomic writes: a file is either complete or unchanged, and two processes do not disturb each other."""
 
+import fcntl
+import itertools
 import os
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
 
 
-def write_whole(path: Path, content: bytes | memoryview) -> None:
+def write_whole(
+    path: Path, content: bytes | memoryview, on_existing: Callable[[Path], object] = lambda _: None
+) -> None:
     """Write a file and flush it to the disk before it takes its name.
+
+    `on_existing` is called with a file that is there already; no other process writes the file between.
 
     Raises:
         OSError: it could not be written; what was there before is as it was.
     """
     part = path.with_name(path.name + ".part")
+    with locked(path.parent):
+        if path.exists():
+            on_existing(path)
+        try:
+            with part.open("wb") as file:
+                file.write(content)
+                file.flush()
+                os.fsync(file.fileno())
+            part.replace(path)
+        except OSError:
+            part.unlink(missing_ok=True)  # it takes disk space that others need
+            raise
+
+
+def set_aside(path: Path) -> None:
+    """Rename <name>.json to the first of <name>_1.json, <name>_2.json, … that there is not."""
+    numbered = (path.with_stem(f"{path.stem}_{number}") for number in itertools.count(1))
+    path.rename(next(each for each in numbered if not each.exists()))
+
+
+@contextmanager
+def locked(folder: Path) -> Iterator[None]:
+    """Wait while another process is in here with the same folder; where its file system has no locks, go on."""
+    descriptor = None
     try:
-        with part.open("wb") as file:
-            file.write(content)
-            file.flush()
-            os.fsync(file.fileno())
-        part.replace(path)
-    except OSError:
-        part.unlink(missing_ok=True)  # it takes disk space that others need
-        raise
+        with suppress(OSError):
+            descriptor = os.open(folder, os.O_RDONLY)
+            fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        if descriptor is not None:
+            os.close(descriptor)
+
+
+def claim_folder(folder: Path) -> Path:
+    """Make a folder of one's own: this one, or the first of <folder>_2, <folder>_3, … that there is not."""
+    path, number = folder, 1
+    while True:
+        with suppress(FileExistsError):
+            path.mkdir(parents=True)
+            return path
+        number += 1
+        path = folder.with_name(f"{folder.name}_{number}")
 
 
 @contextmanager

@@ -1,6 +1,9 @@
 """Puts environment and agent together from a configuration: where tasks and agent meet."""
 
 import re
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 import gymnasium
@@ -10,6 +13,7 @@ import torch
 from asddpg.algorithm.agent import AsDDPG
 from asddpg.algorithm.controllers import make_controller
 from asddpg.algorithm.exploration import OrnsteinUhlenbeckNoise
+from asddpg.algorithm.layers import drawing_weights
 from asddpg.algorithm.memory_check import check_file, check_memory
 from asddpg.algorithm.networks import Networks, NetworkShape
 from asddpg.algorithm.replay import BalancedReplay, ReplayBuffer
@@ -27,7 +31,7 @@ from asddpg.episodes.random_streams import stream
 from asddpg.errors import UserError, truncated_repr
 from asddpg.recording.live.controls import Steering
 from asddpg.recording.live.live_view import LiveView
-from asddpg.recording.pictures.cameras import Cameras, HasPhysics
+from asddpg.recording.pictures.cameras import Cameras
 from tasks import NavigationConfig, Reward, gymnasium_id
 from tasks.gymnasium_api.navigation_env import NavigationEnv
 from tasks.options import build_options
@@ -46,7 +50,7 @@ def navigation_env(environment: gymnasium.Env) -> NavigationEnv:
     return inner
 
 
-def make_cameras(record: RecordConfig | RecordEvaluationConfig, environment: HasPhysics) -> Cameras | None:
+def make_cameras(record: RecordConfig | RecordEvaluationConfig, environment: NavigationEnv) -> Cameras | None:
     """The cameras whose pictures are recorded, if there are any; make them before anything is written.
 
     Raises:
@@ -143,8 +147,7 @@ def make_agent(config: TrainConfig, environment: gymnasium.Env, weights: Path | 
 
 
 def _initial_networks(shape: NetworkShape, with_switch: bool, rng: np.random.Generator) -> Networks:
-    with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(int(rng.integers(2**63)))
+    with drawing_weights(int(rng.integers(2**63))):
         return Networks(shape, with_switch)
 
 
@@ -161,11 +164,25 @@ def check_device(device: str) -> None:
         raise UserError(f"there is no device {device!r}; the processor is cpu")
 
 
-def prepare_torch() -> None:
-    """One thread, and no denormals.
+@contextmanager
+def prepare_torch() -> Iterator[None]:
+    """One thread, float32 on the CPU, no denormals, gradients, for a `with` or a function; then as the caller had it.
 
     Small networks gain nothing from a second thread and lose much to it beside another process. Adam's moments of tiny
     gradients become denormal numbers, on which a CPU is many times slower.
     """
-    torch.set_num_threads(1)
-    torch.set_flush_denormal(True)
+    device = None if (found := torch.get_default_device()).type == "cpu" else found
+    before = (torch.get_num_threads(), torch.get_default_dtype(), device, sys.float_info.min / 2 == 0.0)
+    _set_torch(1, torch.float32, None, True)
+    try:
+        with torch.inference_mode(False), torch.enable_grad():
+            yield
+    finally:
+        _set_torch(*before)
+
+
+def _set_torch(threads: int, dtype: torch.dtype, device: torch.device | None, flushes_denormals: bool) -> None:
+    torch.set_num_threads(threads)
+    torch.set_default_dtype(dtype)
+    torch.set_default_device(device)
+    torch.set_flush_denormal(flushes_denormals)

@@ -1,29 +1,26 @@
 """From the command line of a training, an evaluation or a play to a checked configuration.
 
-Hydra composes the presets of a training, those of task=, agent=, network= and reward=. Values are parsed as in all
-programs, by asddpg/options.
+A training begins from presets, those of task=, agent=, network= and reward=. Values are parsed as in all programs, by
+asddpg/options.
 """
 
-import dataclasses
 from collections.abc import Mapping, Sequence
-from functools import reduce
-from operator import getitem
+from dataclasses import asdict, replace
+from pathlib import Path
 from typing import Any
 
-from hydra import compose, initialize_config_module
-from hydra.core.config_store import ConfigStore
-from omegaconf import DictConfig, ListConfig, OmegaConf
-from omegaconf.errors import OmegaConfBaseException
+import yaml
 
 from asddpg.config import EvaluateConfig, PlayConfig, TrainConfig, check
 from asddpg.errors import UserError, truncated_repr
-from asddpg.options.parsing import find_option, parse_arguments, with_values
-from asddpg.options.values import check_value, read_value
+from asddpg.options.habits import sweep_hint
+from asddpg.options.parsing import find_option, flatten, parse_arguments, with_values
+from asddpg.options.values import check_stored, read_value
 from tasks.errors import TaskError
 from tasks.options import options_of
 from tasks.rewards import REWARDS
 
-# Presets, one of each group; those of agent, network and task are asddpg/conf.
+# Presets, one of each group. Those of agent, network and task are in asddpg/conf: what differs from asddpg/config.py.
 GROUPS: Mapping[str, Mapping[str, str]] = {
     "task": {
         "nav_empty": "a room without obstacles; dense reward, 30,000 steps",
@@ -51,6 +48,8 @@ GROUPS: Mapping[str, Mapping[str, str]] = {
 # What a resumed run may change: it changes nothing that has been learned.
 MAY_CHANGE = ("total_steps", "checkpoint_every", "record.keep", "live", "port", "speed")
 BASELINES = ("controller", "random")
+_CONF = Path(__file__).parent / "conf"
+_DEFAULTS = {"network": "fc3x256", "agent": "asddpg", "task": "nav_complex"}  # the later overrides the earlier
 
 
 def train_config(arguments: Sequence[str]) -> TrainConfig:
@@ -60,13 +59,13 @@ def train_config(arguments: Sequence[str]) -> TrainConfig:
         UserError: an argument is wrong, or two contradict one another.
     """
     choices, values = _read_training(arguments)
-    store = ConfigStore.instance()
-    store.store("train_schema", TrainConfig)
-    for name, reward in REWARDS.items():
-        store.store(name, dataclasses.asdict(reward), group="reward")
-    with initialize_config_module("asddpg.conf", version_base="1.3"):
-        composed = compose("train", overrides=[f"{group}={choice}" for group, choice in choices.items()])
-    return _finished(composed, values)
+    presets: dict[str, Any] = {}
+    for group, default in _DEFAULTS.items():
+        path = _CONF / group / f"{choices.get(group, default)}.yaml"
+        presets |= flatten(yaml.safe_load(path.read_text(encoding="utf-8")))
+    reward = presets.pop("reward", "dense")  # a preset, which that of the task names
+    config = TrainConfig(reward=replace(REWARDS[choices.get("reward", reward)]))
+    return _with_values(config, {**presets, **values})
 
 
 def resumed_config(arguments: Sequence[str], stored: TrainConfig) -> TrainConfig:
@@ -93,10 +92,15 @@ def stored_config(values: Mapping[str, Any]) -> TrainConfig:
     Raises:
         UserError: they are not those of this version's options.
     """
-    try:
-        return _finished(OmegaConf.merge(OmegaConf.structured(TrainConfig), values), {})
-    except (OmegaConfBaseException, OverflowError) as error:
-        raise UserError(first_line(error)) from error
+    config, found = TrainConfig(), flatten(values)
+    options = {option.name: option for option in options_of(config)}
+    names = flatten(asdict(config)).keys() - options.keys()
+    for name, value in found.items():
+        if name in options:
+            found[name] = check_stored(options[name], value)
+        elif name not in names or not isinstance(value, str):
+            raise UserError(f"it sets {truncated_repr(name)} to {truncated_repr(value)}")
+    return _with_values(config, found)
 
 
 def evaluate_config(arguments: Sequence[str]) -> EvaluateConfig:
@@ -123,7 +127,7 @@ def _read_training(arguments: Sequence[str]) -> tuple[dict[str, str], dict[str, 
         if name in GROUPS and equals:
             choices[name] = _choice(name, text)
         else:
-            values[name] = read_value(find_option(argument, options, list(GROUPS)), text)
+            values[name] = read_value(find_option(argument, options, ["resume", *GROUPS]), text)
     return choices, values
 
 
@@ -132,27 +136,15 @@ def _choice(group: str, name: str) -> str:
         command = f"python -m asddpg.evaluate agent={name} task="
         raise UserError(f"agent={name} learns nothing, so there is nothing to train; drive it: {command}")
     if name not in GROUPS[group]:
-        raise UserError(f"there is no {group} {truncated_repr(name)}; there are {', '.join(GROUPS[group])}")
+        known = f"there are {', '.join(GROUPS[group])}{sweep_hint(group, name)}"
+        raise UserError(f"there is no {group} {truncated_repr(name)}; {known}")
     return name
 
 
-def _finished(composed: DictConfig | ListConfig, values: Mapping[str, Any]) -> TrainConfig:
-    plain = OmegaConf.to_container(composed)
-    for option in options_of(TrainConfig):
-        check_value(option, reduce(getitem, option.name.split("."), plain))  # type: ignore[arg-type]
+def _with_values(config: TrainConfig, values: Mapping[str, Any]) -> TrainConfig:
     try:
-        config: TrainConfig = with_values(OmegaConf.to_object(composed), values)
+        changed: TrainConfig = with_values(config, values)
     except TaskError as error:
         raise UserError(str(error)) from error
-    check(config)
-    return config
-
-
-def first_line(error: Exception) -> str:
-    """The first line of the deepest cause: Hydra wraps OmegaConf's message in its own."""
-    cause: BaseException = error
-    while cause.__cause__ is not None:
-        cause = cause.__cause__
-    lines = [line.strip() for line in str(cause).splitlines()]
-    key = next((line.removeprefix("full_key: ") for line in lines if line.startswith("full_key: ")), "")
-    return f"{key}: {lines[0]}" if key else lines[0]
+    check(changed)
+    return changed

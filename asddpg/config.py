@@ -222,6 +222,9 @@ class DriverConfig:
     task: str | None = option(None, "The task to drive; null takes the run's.")
     controller: ControllerConfig = field(default_factory=ControllerConfig)
     device: str = option("cpu", _DEVICE)
+    out: str | None = option(
+        None, "Folder for results and recordings; null takes the run's or, of another driver, the present one."
+    )
 
 
 @dataclass

@@ -5,50 +5,49 @@ run=pretrained:nav_complex is a policy that the project ships. A baseline needs 
 """
 
 import dataclasses
-import os
 from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from tqdm import tqdm
 
-from asddpg.build import make_cameras, navigation_env
+from asddpg.build import make_cameras, navigation_env, prepare_torch
 from asddpg.command_line import evaluate_config
 from asddpg.config import EvaluateConfig
 from asddpg.episodes.evaluation import EvaluationResult, evaluate, table
 from asddpg.errors import UserError
-from asddpg.observers.progress import count_episodes
+from asddpg.messages import say
+from asddpg.observers.progress import count_episodes, notify
 from asddpg.options.help_text import help_text
 from asddpg.policy_setup import DriverSetup, set_up_driver
 from asddpg.program import run
 from asddpg.recording.how_to_open import how_to_open
 from asddpg.runs.provenance import current_versions
-from asddpg.runs.run_folder import unused_folder, write_json
+from asddpg.runs.run_folder import RunFolder, write_json
 from tasks.evaluation_pairs import fresh_pairs, stored_pairs
 from tasks.room_geometry.held_out import Pair
 
 
+@prepare_torch()
 def main(arguments: Sequence[str]) -> None:
     """Compose, drive, print the table, write evaluation.json."""
     config = evaluate_config(arguments)
     setup = set_up_driver(config, "evaluate", config.seed or 0)
     task = setup.config.task
     pairs, pairs_name = _pairs(config, task.name, task.goal_radius)
-    if not os.access(setup.evaluation.parent, os.W_OK):
-        raise UserError(f"{setup.evaluation} cannot be written: the folder is not writable")
-    folder = unused_folder(setup.evaluation.parent / "evaluated_episodes")
+    file = RunFolder(setup.out).evaluation
     cameras = make_cameras(config.record, navigation_env(setup.environment))
-    recorder = setup.recorder(config.record, folder, pairs_name, tqdm.write, cameras)
+    recorder = setup.recorder(config.record, "evaluated_episodes", pairs_name, notify, cameras)
     driver, episodes = setup.drivers[setup.name], count_episodes(pairs)
     try:
         result = evaluate(setup.environment, driver, episodes, task.control_timestep, (recorder,))
     finally:
         recorder.close()
-    print(f"{setup.title}, {task.name}, {pairs_name}\n{table({setup.name: result})}")
-    write_json(setup.evaluation, _content(config, setup, pairs_name, result))
-    print(f"written to {setup.evaluation}")
+    content = _content(config, setup, pairs_name, result)
+    write_json(file, content | ({"recordings": recorder.folder.name} if recorder.files else {}), keeps_old=True)
+    say(f"{setup.title}, {task.name}, {pairs_name}\n{table({setup.name: result})}")
+    say(f"written to {file}")
     if recorder.files:
-        print(how_to_open(recorder.files, folder))
+        say(how_to_open(recorder.files, recorder.folder))
 
 
 def _content(config: EvaluateConfig, setup: DriverSetup, pairs_name: str, result: EvaluationResult) -> dict[str, Any]:

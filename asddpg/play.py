@@ -13,23 +13,24 @@ from pathlib import Path
 
 import numpy as np
 
-from asddpg.build import make_cameras, make_live, navigation_env
+from asddpg.build import make_cameras, make_live, navigation_env, prepare_torch
 from asddpg.command_line import play_config
 from asddpg.config import PlayConfig
 from asddpg.episodes.loop import run_episode
 from asddpg.episodes.protocols import Observer
 from asddpg.episodes.steering import SteeredDriver
+from asddpg.messages import OUT, say
 from asddpg.options.help_text import help_text
 from asddpg.policy_setup import DriverSetup, set_up_driver
 from asddpg.program import run
 from asddpg.recording.how_to_open import how_to_open, how_to_watch
 from asddpg.recording.pictures.film import Film
 from asddpg.recording.recorder import Recorder
-from asddpg.runs.run_folder import unused_folder
 
 EPISODES = 3  # without episodes= and live=true
 
 
+@prepare_torch()
 def main(arguments: Sequence[str]) -> None:
     """Compose, drive, print a line an episode."""
     config = play_config(arguments)
@@ -37,10 +38,10 @@ def main(arguments: Sequence[str]) -> None:
     setup = set_up_driver(config, "play", seed)
     environment = navigation_env(setup.environment)
     driver = SteeredDriver(environment.set_goal, setup.drivers, setup.name)
-    folder = unused_folder(setup.evaluation.parent / "played_episodes")
     with ExitStack() as closing:
         cameras = make_cameras(config.record, environment)
-        recorder = setup.recorder(config.record, folder, f"drawn, seed {seed}", print, cameras)
+        recorder = setup.recorder(config.record, "played_episodes", f"drawn, seed {seed}", say, cameras)
+        closing.callback(recorder.close)
         live = make_live(config, environment, cameras, driver) if config.live else None
         if live is not None:
             closing.callback(live.close)
@@ -49,23 +50,22 @@ def main(arguments: Sequence[str]) -> None:
             timestep = setup.config.task.control_timestep
             film = Film(Path(config.video), environment, config.camera, control_timestep=timestep)
             closing.callback(film.close)
-        closing.callback(recorder.close)
         # The live view, which waits, comes last.
         observers: list[Observer] = [observer for observer in (recorder, film, live) if observer is not None]
-        print(f"{setup.title}, {setup.config.task.name}, seed={seed}")
+        say(f"{setup.title}, {setup.config.task.name}, seed={seed}")
         if live is not None:
-            print(f"{how_to_watch(live.port)}\nwaiting for a viewer; Ctrl-C ends", flush=True)
-        closing.callback(lambda: _print_files(config, recorder, folder))
+            say(f"{how_to_watch(live.port)}\nwaiting for a viewer; Ctrl-C ends")
+        closing.callback(lambda: _print_files(config, recorder))
         setup.environment.reset(seed=seed)
         _drive_episodes(config, setup, driver, observers, recorder)
 
 
-def _print_files(config: PlayConfig, recorder: Recorder, folder: Path) -> None:
-    if config.video is not None:
-        print(f"the film is {config.video}")
+def _print_files(config: PlayConfig, recorder: Recorder) -> None:
     recorder.close()
+    if config.video is not None:
+        say(f"the film is {config.video}")
     if recorder.files:
-        print(how_to_open(recorder.files, folder))
+        say(how_to_open(recorder.files, recorder.folder))
 
 
 def _drive_episodes(
@@ -73,11 +73,13 @@ def _drive_episodes(
 ) -> None:
     count = config.episodes or (None if config.live else EPISODES)
     for number in itertools.count(1) if count is None else range(1, count + 1):
+        if OUT.is_broken:  # nobody reads along
+            return
         files = recorder.files
         episode = run_episode(setup.environment, driver, observers)
         recorded = f", {recorder.last}" if recorder.files > files else ""
         driven = f"{episode.outcome} after {episode.steps} steps, return {episode.total_reward:.2f}"
-        print(f"episode {number}: {driven}, controller {100 * episode.controller_share:.0f} %{recorded}", flush=True)
+        say(f"episode {number}: {driven}, controller {100 * episode.controller_share:.0f} %{recorded}")
 
 
 if __name__ == "__main__":

@@ -1,11 +1,14 @@
 """Opens what run= or agent= names and makes its driver and its environment, for evaluate and play."""
 
+import os
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import gymnasium
 
+from asddpg.algorithm.agent import AsDDPG
+from asddpg.atomic_write import claim_folder
 from asddpg.build import (
     action_bounds,
     check_device,
@@ -13,13 +16,13 @@ from asddpg.build import (
     make_agent,
     make_environment,
     navigation_env,
-    prepare_torch,
 )
 from asddpg.command_line import BASELINES, train_config
-from asddpg.config import ControllerConfig, DriverConfig, RecordEvaluationConfig, TrainConfig
-from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone, random_actor
+from asddpg.config import ControllerConfig, EvaluateConfig, PlayConfig, RecordEvaluationConfig, TrainConfig
+from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone, random_actor, with_values
 from asddpg.episodes.random_streams import stream
 from asddpg.errors import UserError
+from asddpg.messages import say
 from asddpg.recording.pictures.cameras import Cameras
 from asddpg.recording.recorder import Recorder, Selection, every_nth
 from asddpg.runs import weights_file
@@ -38,19 +41,21 @@ class DriverSetup:
     environment: gymnasium.Env
     drivers: Mapping[str, FixedDriver]  # of a run, those that driver= may be; of a baseline, itself
     name: str  # of the chosen driver
-    evaluation: Path  # file of its metrics; recordings go into folders beside
+    out: Path  # folder for its results and recordings
     checkpoint: Mapping[str, str]  # names of the weights, for recordings
     step: int = 0  # of training, at which the weights were saved
 
     def recorder(
         self,
         record: RecordEvaluationConfig,
-        folder: Path,
+        folder_name: str,
         pairs: str,
         log: Callable[[str], None],
         cameras: Cameras | None = None,
     ) -> Recorder:
-        """A recorder of episodes along these pairs into a folder, with the pictures of cameras."""
+        """A recorder of episodes along these pairs, with the pictures of cameras, into a folder of its own."""
+        folder = self.out / folder_name
+        folder = claim_folder(folder) if is_recorded(record) else folder
         versions = current_versions(self.environment)
         provenance = recording_provenance(self.config, versions, driver=self.name, pairs=pairs, **self.checkpoint)
         # Outcomes alone select all episodes that end so.
@@ -62,7 +67,7 @@ class DriverSetup:
         )
 
 
-def set_up_driver(config: DriverConfig, verb: str, seed: int) -> DriverSetup:
+def set_up_driver(config: EvaluateConfig | PlayConfig, verb: str, seed: int) -> DriverSetup:
     """Open a run or a baseline, and make its driver.
 
     Args:
@@ -74,17 +79,29 @@ def set_up_driver(config: DriverConfig, verb: str, seed: int) -> DriverSetup:
         UserError: there is no such run or baseline, or options contradict one another.
     """
     check_device(config.device)
-    prepare_torch()
     if config.task is not None and config.task not in ALL_TASKS:
         raise UserError(f"there is no task {config.task!r}; there are {', '.join(ALL_TASKS)}")
     if config.agent is not None:
-        return _open_baseline(config, seed)
-    if config.run is not None:
-        return _open_run(config, config.run)
-    raise UserError(f"{verb} what? run=<run_dir> or run=pretrained:<name>, or agent={'|'.join(BASELINES)} with task=")
+        setup = _open_baseline(config, seed)
+    elif config.run is not None:
+        setup = _open_run(config, config.run)
+    else:
+        what = f"run=<run_dir> or run=pretrained:<name>, or agent={'|'.join(BASELINES)} with task="
+        raise UserError(f"{verb} what? {what}")
+    if config.out is not None:
+        setup = replace(setup, out=Path(config.out))
+        setup.out.mkdir(parents=True, exist_ok=True)
+    if (verb == "evaluate" or is_recorded(config.record)) and not os.access(setup.out, os.W_OK):
+        raise UserError(f"the folder {setup.out} cannot be written; out=<folder> puts results and recordings elsewhere")
+    return setup
 
 
-def _open_run(config: DriverConfig, run: str) -> DriverSetup:
+def is_recorded(record: RecordEvaluationConfig) -> bool:
+    """Whether any episode may be recorded."""
+    return bool(record.every or record.only or record.outcomes)
+
+
+def _open_run(config: EvaluateConfig | PlayConfig, run: str) -> DriverSetup:
     own = "a run brings its own controller; controller.* is for agent=controller"
     if config.controller.gains != ControllerConfig().gains:
         raise UserError(own)
@@ -97,30 +114,39 @@ def _open_run(config: DriverConfig, run: str) -> DriverSetup:
     trained.task.name = config.task or trained.task.name
     environment = make_environment(trained.task, trained.reward)
     agent = make_agent(trained, environment, opened.weights)
-    step = weights_file.load_into(opened.weights, agent.networks)
+    step, digest = _load(opened.weights, agent)
     drivers = {
         "actor": actor_alone(agent),
         "controller": controller_alone(controller_for(environment, trained.controller)),
     }
+    if agent.controller is not None and (is_recorded(config.record) or isinstance(config, PlayConfig)):
+        drivers = {name: with_values(driver, agent.switch_values) for name, driver in drivers.items()}
     if agent.controller is not None:
         drivers["switch"] = FixedDriver(agent.decide_greedily)
     if config.driver not in drivers:
         raise UserError("driver=switch needs a run with a controller, and this one is DDPG; driver=actor works")
     if not is_other_task and environment_hash(environment) != opened.provenance.get("model_hash"):
-        print("note: the scene's model is not the one this run was trained on")
+        say("note: the scene's model is not the one this run was trained on")
     return DriverSetup(
         title=f"{opened.title} (step {step}), driver {config.driver}",
         config=trained,
         environment=environment,
         drivers=drivers,
         name=config.driver,
-        evaluation=opened.evaluation,
-        checkpoint={"checkpoint": f"{opened.title}, step {step}", "weights_sha256": file_digest(opened.weights)[:16]},
+        out=opened.out,
+        checkpoint={"checkpoint": f"{opened.title}, step {step}", "weights_sha256": digest[:16]},
         step=step,
     )
 
 
-def _open_baseline(config: DriverConfig, seed: int) -> DriverSetup:
+def _load(weights: Path, agent: AsDDPG) -> tuple[int, str]:
+    """Load weights; their training step and the digest of their file, which a training may replace meanwhile."""
+    digest = file_digest(weights) if weights.is_file() else ""
+    step = weights_file.load_into(weights, agent.networks)
+    return (step, digest) if file_digest(weights) == digest else _load(weights, agent)
+
+
+def _open_baseline(config: EvaluateConfig | PlayConfig, seed: int) -> DriverSetup:
     if config.agent not in BASELINES:
         raise UserError(
             f"there is no baseline {config.agent!r}; there are {', '.join(BASELINES)}; a trained agent is run="
@@ -141,6 +167,6 @@ def _open_baseline(config: DriverConfig, seed: int) -> DriverSetup:
         environment=environment,
         drivers={config.agent: driver},
         name=config.agent,
-        evaluation=Path("evaluation.json"),
+        out=Path(),
         checkpoint={"checkpoint": "none"},
     )

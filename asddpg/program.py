@@ -1,22 +1,33 @@
 """How a program of this package begins and ends."""
 
+import io
 import os
+import shlex
 import signal
 import sys
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import NoReturn
 
 from dm_control.rl.control import PhysicsError
 
 from asddpg.errors import NumericalFailure, UserError
+from asddpg.messages import ERR, OUT, is_gone, say
 from tasks.errors import TaskError
 
 
 def python() -> str:
     """How the user calls this Python: by its path below the present folder, as in .venv, or by name."""
-    path = Path(sys.executable)
-    return str(path.relative_to(Path.cwd())) if path.is_relative_to(Path.cwd()) else "python"
+    with suppress(OSError, ValueError):  # the present folder is gone, or Python lies elsewhere
+        return str(Path(sys.executable or "python").relative_to(Path.cwd()))
+    return "python"
+
+
+def path_argument(path: Path) -> str:
+    """A path as a shell hands it to a program of ours, which would read some names as something else."""
+    text = str(path)
+    return shlex.quote(f"./{text}" if text == "null" or text.startswith(("~", "pretrained:")) else text)
 
 
 def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
@@ -24,13 +35,12 @@ def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
     arguments = sys.argv[1:]
     if any(argument in ("-h", "--help") for argument in arguments):
         main, arguments = (lambda _: print(usage)), []
-    _end_on_sigterm()
+    _end_on_signals()
+    _prepare_streams()
     try:
         main(arguments)
-        sys.stdout.flush()
-    except BrokenPipeError:  # whoever read along, such as head, has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        sys.exit(1)
+        if not OUT.is_broken:  # else the messages that remained were of no use to anybody
+            print(end="", flush=True)
     except (UserError, TaskError) as error:
         _fail(str(error), 2)
     except NumericalFailure as error:
@@ -38,25 +48,54 @@ def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
     except PhysicsError as error:
         _fail(f"the simulation broke down, most likely by an action that is not finite: {error}", 1)
     except OSError as error:  # a full disk, a folder that is not writable
-        _fail(f"{error.filename or 'a file'} cannot be read or written: {error.strerror or error}", 2)
+        if error.filename is None and is_gone(error):  # whoever read along, such as head, has seen enough
+            sys.exit(1)
+        _fail(
+            f"{error.filename or 'standard output, or a file,'} cannot be read or written: {error.strerror or error}", 2
+        )
     except MemoryError as error:
         _fail(f"the memory of this machine is not enough: {error}", 2)
     except KeyboardInterrupt:
-        print("stopped", file=sys.stderr)
+        say("stopped", ERR)
         sys.exit(130)
+    finally:
+        _drop_unwritten()
 
 
 def _fail(sentence: str, status: int) -> NoReturn:
     """Print an error in one line and exit; text from a user or a file may break no line and steer no terminal."""
     line = "".join(each if each.isprintable() else each.encode("unicode_escape").decode() for each in sentence)
-    print(f"error: {line}", file=sys.stderr)
+    say(f"error: {line}", ERR)
     sys.exit(status)
 
 
-def _end_on_sigterm() -> None:
-    """Let SIGTERM end the program like an error: files in progress are completed, the status is 143."""
+def _end_on_signals() -> None:
+    """Let SIGTERM and SIGHUP end the program like an error: files are completed, the status is 143 or 129."""
 
     def end(number: int, _: object) -> None:
         sys.exit(128 + number)
 
-    signal.signal(signal.SIGTERM, end)
+    for number in (signal.SIGTERM, signal.SIGHUP):
+        if signal.getsignal(number) == signal.SIG_DFL:  # and not ignored, as under nohup
+            signal.signal(number, end)
+
+
+def _prepare_streams() -> None:
+    """Escape what standard output or error cannot encode; where one is closed, no file may come into its place."""
+    for descriptor in range(3):
+        try:
+            os.fstat(descriptor)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest that is free
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors="backslashreplace")
+
+
+def _drop_unwritten() -> None:
+    """Drop what a broken stream still keeps: the interpreter would end with a traceback and status 120."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            print(end="", file=stream, flush=True)
+        except OSError:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())

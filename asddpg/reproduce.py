@@ -37,6 +37,7 @@ class ReproduceArguments:
     )
 
 
+@prepare_torch()
 def main(arguments: Sequence[str]) -> None:
     """Drive to the step that failed, and print it."""
     parsed = parse_arguments(ReproduceArguments, arguments)
@@ -45,7 +46,6 @@ def main(arguments: Sequence[str]) -> None:
     failure = failure_dump.read(path)
     config, _ = read_training(RunFolder(path).config, parsed.controller)
     check_device(config.device)
-    prepare_torch()
     environment = make_environment(config.task, config.reward)
     agent = make_agent(config, environment)
     episodes = TrainingEpisodes(environment, navigation_env(environment), agent, config.seed)

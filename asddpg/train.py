@@ -7,10 +7,10 @@ task=, agent=, network= and reward= choose presets; the defaults below are those
 
 import csv
 import resource
-import shlex
 import sys
 from collections.abc import Sequence
 from contextlib import ExitStack
+from dataclasses import MISSING
 
 import gymnasium
 
@@ -29,31 +29,37 @@ from asddpg.config import TrainConfig
 from asddpg.episodes.drivers import actor_alone
 from asddpg.episodes.evaluation import EvaluationResult, evaluate, table
 from asddpg.errors import UserError
+from asddpg.messages import ERR, say
 from asddpg.observers.metrics_log import read_rows
 from asddpg.options.help_text import help_text
-from asddpg.program import python, run
+from asddpg.options.values import read_value
+from asddpg.program import path_argument, python, run
 from asddpg.recording.how_to_open import how_to_watch
 from asddpg.runs import weights_file
 from asddpg.runs.lock import RunLock
 from asddpg.runs.provenance import current_versions, recording_provenance, update_provenance
 from asddpg.runs.rewind import check_logs, keep_test, rewind
-from asddpg.runs.run_folder import RunFolder, new_run_folder, open_run_folder, read_training, write_json
+from asddpg.runs.run_folder import RunFolder, check_unused, create_run, open_run_folder, read_training, write_json
 from asddpg.runs.safe_loading import controller_argument, controller_named_in
 from asddpg.runs.signals import Stopped
 from asddpg.runs.training_states import TrainingStates
 from asddpg.training import Parts, Training
 from tasks.evaluation_pairs import stored_pairs
+from tasks.options import Option
 
 RESUME = "resume="
+_RESUMED = Option("resume", str, MISSING, "Folder of the run.", None, True, "", TrainConfig)
 
 
+@prepare_torch()
 def main(arguments: Sequence[str]) -> None:
     """Begin a training or go on with one, then test."""
-    to_resume = [argument for argument in arguments if argument.startswith(RESUME)]
-    if len(to_resume) > 1:
-        raise UserError(f"one run at a time can be resumed, not {len(to_resume)}")
-    if to_resume:
-        resume(to_resume[0].removeprefix(RESUME), [argument for argument in arguments if argument not in to_resume])
+    paths = [argument.removeprefix(RESUME) for argument in arguments if argument.startswith(RESUME)]
+    if len(paths) > 1:
+        raise UserError(f"one run at a time can be resumed, not {len(paths)}")
+    if paths:
+        others = [argument for argument in arguments if not argument.startswith(RESUME)]
+        resume(read_value(_RESUMED, paths[0]), others)
     else:
         begin(arguments)
 
@@ -62,13 +68,13 @@ def begin(arguments: Sequence[str]) -> None:
     """A training from its beginning."""
     config = train_config(arguments)
     check_device(config.device)
-    folder = new_run_folder(config)
+    check_unused(config.run_dir)
     parts = _make(config)
     provenance = current_versions(parts.environment)
-    folder.create()
+    folder = create_run(config)
     with RunLock(folder.path) as lock:
         folder.write_config(config, provenance)
-        print(f"training {config.agent.name} on {config.task.name}, {config.total_steps} steps, in {folder.path}")
+        say(f"training {config.agent.name} on {config.task.name}, {config.total_steps} steps, in {folder.path}")
         training = Training(parts, folder, lock, recording_provenance(config, provenance))
         _run(training, parts, folder, provenance)
 
@@ -87,26 +93,25 @@ def resume(path: str, arguments: Sequence[str]) -> None:
         if state is None:
             _check_not_begun(folder, stored)
         for sentence in damaged:
-            print(f"note: {sentence}; the one before it is used")
+            say(f"note: {sentence}; the one before it is used")
         parts = _make(config)
         step = state["step"] if state else 0
         provenance, notes = update_provenance(stored, provenance, config, current_versions(parts.environment), step)
         for note in notes:
-            print(f"note: {note}")
+            say(f"note: {note}")
         # Before anything is changed: this checks that the state fits.
         training = Training(parts, folder, lock, recording_provenance(config, provenance), state)
         if config.total_steps != stored.total_steps:
             keep_test(folder, stored.total_steps)
         rewind(folder, state)
         folder.write_config(config, provenance)
-        print(f"resuming {path} at step {step} of {config.total_steps}")
+        say(f"resuming {path} at step {step} of {config.total_steps}")
         if state is not None:
             state.clear()  # the replay buffer would be held twice to the end
         _run(training, parts, folder, provenance)
 
 
 def _make(config: TrainConfig) -> Parts:
-    prepare_torch()
     environment = make_environment(config.task, config.reward)
     agent = make_agent(config, environment)
     cameras = make_cameras(config.record, navigation_env(environment))
@@ -116,19 +121,19 @@ def _make(config: TrainConfig) -> Parts:
 
 def _run(training: Training, parts: Parts, folder: RunFolder, provenance: dict[str, str]) -> None:
     """Train and test; print how to resume where it is stopped."""
-    again = f"{python()} -m asddpg.train {RESUME}{shlex.quote(str(folder.path))}{controller_argument(parts.config)}"
+    again = f"{python()} -m asddpg.train {RESUME}{path_argument(folder.path)}{controller_argument(parts.config)}"
     try:
         with ExitStack() as closing:
             if parts.live is not None:
                 closing.callback(parts.live.close)
-                print(how_to_watch(parts.live.port))
+                say(how_to_watch(parts.live.port))
             training.run()
         _finish(parts, folder, provenance, training.seconds)
     except Stopped as stopped:
-        print(f"stopped after step {training.step}; to resume: {again}", file=sys.stderr)
+        say(f"stopped after step {training.step}; to resume: {again}", ERR)
         sys.exit(stopped.status)
     except (KeyboardInterrupt, OSError, SystemExit) as error:
-        print(f"the training can resume from its last training state: {again}", file=sys.stderr)
+        say(f"the training can resume from its last training state: {again}", ERR)
         if isinstance(error, OSError):
             error.filename = error.filename or str(folder.path)  # writing to an open file names none
         raise
@@ -155,16 +160,17 @@ def _last_step(folder: RunFolder) -> int:
 
 def _finish(parts: Parts, folder: RunFolder, provenance: dict[str, str], seconds: float) -> None:
     config = parts.config
-    if config.test_episodes:
-        tested = test(config, folder, parts.environment, parts.agent)
+    tested = test(config, folder, parts.environment, parts.agent) if config.test_episodes else {}
+    if tested:
         contents = {name: result.as_dict() for name, result in tested.items()}
         write_json(folder.test, {"task": config.task.name, "set": "test", "driver": "actor", **contents, **provenance})
-        print(f"actor alone on {config.test_episodes} stored test pairs:\n{table(tested)}")
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # kB on Linux
     write_json(folder.resources, {"training_seconds": round(seconds, 1), "peak_memory_mb": round(peak, 1)})
-    print(f"{config.total_steps / seconds:.0f} steps/s, peak memory {peak:.0f} MB")
-    arguments = f"run={shlex.quote(str(folder.path))}{controller_argument(config)}"
-    print(f"the run is in {folder.path}; evaluate it: {python()} -m asddpg.evaluate {arguments}")
+    if tested:
+        say(f"actor alone on {config.test_episodes} stored test pairs:\n{table(tested)}")
+    say(f"{config.total_steps / seconds:.0f} steps/s, peak memory {peak:.0f} MB")
+    arguments = f"run={path_argument(folder.path)}{controller_argument(config)}"
+    say(f"the run is in {folder.path}; evaluate it: {python()} -m asddpg.evaluate {arguments}")
 
 
 def test(

@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+RandomSource = int | np.random.Generator | np.random.RandomState | None
+
 
 def generator_state(rng: np.random.Generator) -> dict[str, Any]:
     """Whole numbers, strings, dicts and lists; whole numbers of up to 128 bits."""
@@ -25,3 +27,10 @@ def restored_generator(state: Mapping[str, Any]) -> np.random.Generator:
     rng = np.random.Generator(np.random.PCG64(seeds))
     rng.bit_generator.state = state["stream"]
     return rng
+
+
+def make_generator(random: RandomSource) -> np.random.Generator:
+    """A generator of a seed, of another generator (itself), or of a RandomState, as dm_control's tasks take one."""
+    if isinstance(random, np.random.RandomState):
+        random = random.randint(2**31)
+    return np.random.default_rng(random)

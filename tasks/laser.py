@@ -12,8 +12,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from tasks.constants import FIELD_OF_VIEW, MAX_RANGE, MIN_RANGE, NUM_BEAMS
-from tasks.errors import TaskError
+from tasks.constants import FIELD_OF_VIEW, MAX_RANGE, MIN_RANGE, NUM_BEAMS, PHYSICS_TIMESTEP
 from tasks.generator_state import generator_state, restored_generator
 from tasks.options import NOT_NEGATIVE, SHARE, between, check_options, option
 from tasks.physics import FloatArray, Physics
@@ -37,13 +36,20 @@ class LaserConfig:
 
 
 class Laser:
-    """Reads a scan once a control step, with the noise, dropout and latency of its configuration."""
+    """Reads a scan once a control step, with the noise, dropout and latency of its configuration.
+
+    Attributes:
+        latency: seconds from a scan to the end of the step that returns it, in whole physics steps; at an episode's
+            beginning the first scan is returned until a later one arrives.
+    """
 
     def __init__(self, config: LaserConfig, control_timestep: float, rng: np.random.Generator) -> None:
         """Make the laser; `rng` is its own stream, so that noise changes no start and no goal."""
         self.config = config
         self.rng = rng
         self._late_steps, self._late_seconds = divmod(config.latency + 1e-9, control_timestep)
+        within_step = round(self._late_seconds / PHYSICS_TIMESTEP) * PHYSICS_TIMESTEP
+        self.latency = self._late_steps * control_timestep + within_step
         self._waiting: deque[FloatArray] = deque(maxlen=int(self._late_steps) + 1)
         self._read_at = -1.0
 
@@ -99,16 +105,11 @@ def set_beams(spec: mujoco.MjSpec, count: int) -> None:
     Args:
         spec: a scene not yet compiled; changed in place, unless it has no laser.
         count: of beams, 2 or more.
-
-    Raises:
-        TaskError: the count is too small.
     """
     sites = [site for site in spec.sites if site.name.startswith("ray_")]
     sensors = [sensor for sensor in spec.sensors if sensor.name.startswith("range_")]
     if not sites or not sensors or len(sites) == count:
         return
-    if count < 2:
-        raise TaskError(f"a laser has 2 beams or more, not {count}")
     body, size, group, rgba = sites[0].parent, sites[0].size.copy(), sites[0].group, sites[0].rgba.copy()
     place = spec.copy().compile().site(sites[0].name).pos  # in the body's frame, whatever frames lie between
     cutoff, reading = sensors[0].cutoff, sensors[0].intprm.copy()

@@ -1,7 +1,7 @@
 """Drive to a goal without touching anything: the task of the paper."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,11 +12,11 @@ from dm_env import specs
 
 from tasks import constants
 from tasks.errors import TaskError
+from tasks.generator_state import RandomSource, make_generator
 from tasks.laser import Laser, LaserConfig
 from tasks.options import NOT_NEGATIVE, POSITIVE, Range, between, build_options, check_options, option
 from tasks.physics import FloatArray, Physics, Pose, Readings
-from tasks.rewards import Outcome, Reward, no_reward
-from tasks.room_geometry.obstacles import Obstacles
+from tasks.rewards import NO_REWARD, Outcome, Reward
 from tasks.room_geometry.start_goal import PairRule
 
 # Bounds of the observation, wide enough for anything the robot does. The wheels' limit gives 1.2 m/s and 7.3 rad/s.
@@ -97,22 +97,21 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         # A stream of its own: noise on the scans changes no start and no goal.
         self.laser = Laser(config.laser, config.control_timestep, rng.spawn(1)[0])
         self._held_out = held_out
-        self._rule = rule
+        self.rule = rule
         self._next_pair: tuple[Pose, tuple[float, float]] | None = None  # None draws them
-        self._obstacles: Obstacles | None = None
         self.start = Pose(0.0, 0.0, 0.0)  # of the episode, as it was set: the pose read back differs in the last bit
         self._reset_episode()
 
     def _reset_episode(self) -> None:
         self.outcome = Outcome.RUNNING
-        self.reward_terms = no_reward()
+        self.reward_terms = NO_REWARD.copy()
         self._steps = 0
 
     # Episode ------------------------------------------------------------------------------------------------------
 
     def initialize_episode(self, physics: Physics) -> None:
         """Place robot and goal."""
-        self.start, goal = self._next_pair or self._rule.draw(self.rng, self._held_out)
+        self.start, goal = self._next_pair or self.rule.draw(self.rng, self._held_out)
         self._next_pair = None
         physics.set_pose(self.start)
         physics.set_goal(*goal)
@@ -126,8 +125,8 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         Raises:
             TaskError: one of them lies outside the room or in an obstacle, or the robot would touch one at the start.
         """
-        self._check_place(physics, "start", start)
-        self._check_place(physics, "goal", goal)
+        self._check_place("start", *start[:2])
+        self._check_place("goal", *goal)
         if not physics.is_free(start):
             place = f"({start.x:g}, {start.y:g}, {start.yaw:g})"
             raise TaskError(f"a start must leave the robot free; at {place} it touches an obstacle")
@@ -139,17 +138,12 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         Raises:
             TaskError: the goal lies outside the room or in an obstacle.
         """
-        self._check_place(physics, "goal", goal)
+        self._check_place("goal", *goal)
         physics.set_goal(*goal)
         self.readings = physics.readings()
 
-    def obstacles(self, physics: Physics) -> Obstacles:
-        """Obstacles of the room, computed once."""
-        self._obstacles = self._obstacles or Obstacles.from_model(physics.model.ptr)
-        return self._obstacles
-
-    def _check_place(self, physics: Physics, kind: str, place: Sequence[float]) -> None:
-        room, (x, y) = self.obstacles(physics), place[:2]
+    def _check_place(self, kind: str, x: float, y: float) -> None:
+        room = self.rule.obstacles
         (left, bottom), (right, top) = room.low, room.high
         if not (left < x < right and bottom < y < top):
             bounds = f"x from {left:g} to {right:g} m and y from {bottom:g} to {top:g} m"
@@ -237,6 +231,19 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
             "velocity": specs.BoundedArray((2,), np.float64, -VELOCITY_BOUNDS, VELOCITY_BOUNDS, "velocity"),
             "goal": specs.BoundedArray((2,), np.float64, -GOAL_BOUND, GOAL_BOUND, "goal"),
         }
+
+    @property
+    def random(self) -> np.random.Generator:
+        """`rng`, as dm_control's wrappers call it; setting it seeds the laser's noise too."""
+        return self.rng
+
+    @random.setter
+    def random(self, source: RandomSource) -> None:
+        self.rng = make_generator(source)
+        self.laser.rng = self.rng.spawn(1)[0]
+
+    _random = random  # by this name Shimmy's environments are seeded
+    visualize_reward = False  # dm_control's suite has it; the scene shows the goal, and no reward
 
     def action_spec(self, physics: Physics) -> specs.BoundedArray:
         """(v, ω) in m/s and rad/s."""

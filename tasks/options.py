@@ -117,11 +117,6 @@ class Option(NamedTuple):
                 return "within ±2^63"
         return "" if value is None or self.range is None or self.range.includes(value) else self.range.text
 
-    def check(self) -> None:
-        """TaskError where the value is not what it must be."""
-        if requirement := self.requirement(self.value):
-            raise TaskError(f"{self.name} must be {requirement}, not {reprlib.repr(self.value)}")
-
 
 def alternatives(kind: Any) -> tuple[Any, ...]:
     """The types that an option takes: int | None takes two."""
@@ -160,24 +155,12 @@ def check_options(config: Any) -> None:
     Raises:
         TaskError: the first that is out of range.
     """
-    for each in dataclasses.fields(config):
-        setattr(config, each.name, _to_python(getattr(config, each.name)))
-    for each_option in options_of(config):
-        each_option.check()
-
-
-def check_value(name: str, value: Any, kind: Any, values: Range | None = None) -> Any:
-    """The value of an argument, a number of NumPy as one of Python; TaskError where it is out of range."""
-    value = _to_python(value)
-    Option(name, kind, value, "", values, True, "", object).check()
-    return value
-
-
-def _to_python(value: Any) -> Any:
-    """A number of NumPy as one of Python, which JSON knows; float32's 0.2 as 0.2."""
-    if isinstance(value, np.floating):
-        return float(str(value))
-    return value.item() if isinstance(value, np.generic) else value
+    for name, value in vars(config).items():
+        if isinstance(value, np.generic):  # JSON knows numbers of Python; float32's 0.2 becomes 0.2
+            setattr(config, name, float(str(value)) if isinstance(value, np.floating) else value.item())
+    for each in options_of(config):
+        if requirement := each.requirement(each.value):
+            raise TaskError(f"{each.name} must be {requirement}, not {reprlib.repr(each.value)}")
 
 
 def build_options(owner: type[T], name: str, value: Any) -> T:

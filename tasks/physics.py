@@ -62,11 +62,6 @@ def compute_digest(positions: bytes, velocities: bytes) -> int:
     return zlib.crc32(velocities, zlib.crc32(positions))
 
 
-def _to_qpos(pose: Pose) -> list[float]:
-    half_yaw = 0.5 * pose.yaw
-    return [pose.x, pose.y, 0.0, math.cos(half_yaw), 0.0, 0.0, math.sin(half_yaw)]
-
-
 class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no types
     """A scene with a Pioneer: commands in, readings out.
 
@@ -99,6 +94,8 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         # Seconds from the instant of a step's scan to the step's end; a laser with latency sets it.
         self.scan_delay = 0.0
         self._delayed: FloatArray | None = None
+        # Its instant, s, and the bytes of xpos, xquat and xmat at it: recordings place the scan by them.
+        self.delayed_poses: tuple[float, bytes] | None = None
 
     def _find_ring(self, prefix: str) -> slice:
         """Slice of all sensor readings that holds those of the rangefinders of a name."""
@@ -125,7 +122,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         with self.model.disable("sensor"):  # these are right already
             mujoco.mj_step1(self.model.ptr, self.data.ptr)
 
-    def state(self) -> dict[str, Any]:
+    def full_state(self) -> dict[str, Any]:
         """Everything that the steps to come depend on: plain values and arrays."""
         return {
             "integration": self.get_state(_FULL_STATE),
@@ -135,8 +132,8 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
             "delayed_scan": self._delayed,
         }
 
-    def load_state(self, state: Mapping[str, Any]) -> None:
-        """Restore what state() returned; the next steps are equal to the last bit.
+    def load_full_state(self, state: Mapping[str, Any]) -> None:
+        """Restore what full_state() returned; the next steps are equal to the last bit.
 
         Raises:
             TaskError: it is the state of another scene.
@@ -148,7 +145,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         self.set_state(state["integration"], _FULL_STATE)
         mujoco.mj_step1(self.model.ptr, self.data.ptr)
         self._crashed, self._pushed = state["crashed"], set(state["pushed"])
-        self.scan_delay, self._delayed = state["scan_delay"], state["delayed_scan"]
+        self.scan_delay, self._delayed, self.delayed_poses = state["scan_delay"], state["delayed_scan"], None
 
     def state_digest(self) -> int:
         """The present state's compute_digest()."""
@@ -157,17 +154,17 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
     def copy(self, share_model: bool = False) -> Self:
         """A copy in the same state, with the same model if `share_model`."""
         copied: Self = super().copy(share_model)
-        copied.load_state(self.state())
+        copied.load_full_state(self.full_state())
         return copied
 
     def __getstate__(self) -> dict[str, Any]:
         """For pickle and copy.deepcopy."""
-        return {"data": self.data, "state": self.state()}
+        return {"data": self.data, "state": self.full_state()}
 
     def __setstate__(self, pickled: dict[str, Any]) -> None:
         """Restore what __getstate__() gave."""
         super().__setstate__(pickled["data"])
-        self.load_state(pickled["state"])
+        self.load_full_state(pickled["state"])
 
     # Commands -----------------------------------------------------------------------------------------------------
 
@@ -186,11 +183,14 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
 
     def set_pose(self, pose: Pose) -> None:
         """Put the base on the floor at `pose`, at rest and touching nothing yet."""
-        self._crashed, self._delayed = False, None
+        self._crashed, self._delayed, self.delayed_poses = False, None, None
         self._pushed.clear()
         self.data.ptr.qvel[:] = 0.0
-        start = self._base_qpos
-        self.data.ptr.qpos[start : start + 7] = _to_qpos(pose)
+        self._place(self.data.ptr, pose)
+
+    def _place(self, data: mujoco.MjData, pose: Pose) -> None:
+        start, half_yaw = self._base_qpos, 0.5 * pose.yaw
+        data.qpos[start : start + 7] = [pose.x, pose.y, 0.0, math.cos(half_yaw), 0.0, 0.0, math.sin(half_yaw)]
 
     def set_goal(self, x: float, y: float) -> None:
         """Put the goal at (x, y), metres, world frame; within an episode too, without any effect on the motion."""
@@ -216,6 +216,8 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
                     mujoco.mj_step1(model, data)
                     options.disableflags = flags | _SENSORS_OFF
                     self._delayed = self.ranges()
+                    poses = (data.xpos, data.xquat, data.xmat)
+                    self.delayed_poses = data.time, b"".join(part.tobytes() for part in poses)
                 self._advance(delay_steps or nstep)
             finally:
                 options.disableflags = flags
@@ -243,12 +245,17 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
             elif kind == _PUSH:
                 self._pushed |= {self._geom_bodies[first], self._geom_bodies[second]} - self._robot_bodies
 
-    def render(self, height: int = 240, width: int = 320, camera_id: str | int = "chase") -> Picture:
+    def render(
+        self, height: int = 240, width: int = 320, camera_id: str | int = "chase", *args: Any, **options: Any
+    ) -> Picture:
         """A picture of the scene, uint8 (height, width, 3), by a camera's name or number, −1 the overall view.
 
-        dm_control's own opens a screen first; these are the arguments it shares. For many pictures keep an
-        OffscreenRenderer (tasks.graphics.rendering); for depth use mujoco.Renderer.
+        dm_control's own opens a screen first, and serves one thread of one process; it draws what only it can: depth,
+        overlays, and whatever else is given. For many pictures keep an OffscreenRenderer (tasks.graphics.rendering).
         """
+        if args or options:
+            drawn: Picture = super().render(height, width, camera_id, *args, **options)
+            return drawn
         renderer = OffscreenRenderer(self.model.ptr, width, height)
         try:
             return renderer.render(self.data.ptr, camera_id)
@@ -282,13 +289,11 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
 
     def is_free(self, pose: Pose) -> bool:
         """Whether the robot, put at `pose` into the scene as its file has it, touches nothing but the floor."""
-        scratch = self._scratch = self._scratch or mujoco.MjData(self.model.ptr)
-        mujoco.mj_resetData(self.model.ptr, scratch)
-        start = self._base_qpos
-        scratch.qpos[start : start + 7] = _to_qpos(pose)
-        mujoco.mj_kinematics(self.model.ptr, scratch)
-        mujoco.mj_collision(self.model.ptr, scratch)
-        return not any(self._contact_kinds[first][second] for first, second in scratch.contact.geom.tolist())
+        data = mujoco.MjData(self.model.ptr)
+        self._place(data, pose)
+        mujoco.mj_kinematics(self.model.ptr, data)
+        mujoco.mj_collision(self.model.ptr, data)
+        return not any(self._contact_kinds[first][second] for first, second in data.contact.geom.tolist())
 
     def sensor(self, name: str) -> FloatArray:
         """A sensor's reading in the present state, in the units of its kind: float64 (dim,).

@@ -6,10 +6,10 @@ from functools import partial
 from typing import Any, TypeVar
 
 import mujoco
-import numpy as np
 from dm_control.rl import control
 
 from tasks.errors import TaskError
+from tasks.generator_state import RandomSource, make_generator
 from tasks.navigation import Navigation, NavigationConfig
 from tasks.options import build_options
 from tasks.rewards import REWARDS, Reward
@@ -49,7 +49,7 @@ ALL_TASKS: tuple[str, ...] = tuple(DEFINITIONS)
 
 def load(
     task_name: str,
-    random: int | np.random.Generator | None = None,
+    random: RandomSource = None,
     reward: str | Reward | Mapping[str, Any] | None = None,
     config: NavigationConfig | Mapping[str, Any] | None = None,
 ) -> control.Environment:
@@ -57,7 +57,7 @@ def load(
 
     Args:
         task_name: one of ALL_TASKS.
-        random: seed or generator of starts and goals; None draws a fresh seed.
+        random: seed, generator or RandomState of starts and goals; None draws a fresh seed.
         reward: `dense`, `sparse`, a Reward or a mapping of its options; None takes the task's default.
         config: constants of the task, or a mapping of some; None takes the paper's.
 
@@ -71,7 +71,7 @@ def load(
     task = Navigation(
         config,
         _find(REWARDS, "reward", reward) if isinstance(reward, str) else build_options(Reward, "reward", reward),
-        np.random.default_rng(random),
+        make_generator(random),
         held_out_goals(task_name),
         make_rule(task_name, physics.model.ptr),
     )

@@ -5,6 +5,8 @@ from enum import StrEnum
 
 from tasks.options import NOT_NEGATIVE, Range, check_options, option
 
+NO_REWARD = {"progress": 0.0, "time": 0.0, "reach": 0.0, "crash": 0.0}  # the terms before the first step
+
 
 class Outcome(StrEnum):
     """State of an episode after a step: `running`, or one of the three ends."""
@@ -37,7 +39,7 @@ class Reward:
             previous_distance: to the goal before the step, metres.
             distance: to the goal after the step, metres.
         """
-        terms = no_reward()
+        terms = NO_REWARD.copy()
         if outcome is Outcome.CRASHED:
             terms["crash"] = self.crash
         elif outcome is Outcome.REACHED:
@@ -46,11 +48,6 @@ class Reward:
             terms["progress"] = self.progress * (previous_distance - distance)
             terms["time"] = -self.time_penalty
         return terms
-
-
-def no_reward() -> dict[str, float]:
-    """The terms before the first step."""
-    return {"progress": 0.0, "time": 0.0, "reach": 0.0, "crash": 0.0}
 
 
 def dense_part(terms: dict[str, float]) -> float:

@@ -4,7 +4,6 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
-import torch
 
 from asddpg import train
 from asddpg.build import prepare_torch
@@ -25,10 +24,8 @@ def free_port() -> int:
 
 @pytest.fixture(autouse=True, scope="session")
 def _torch_as_in_training() -> Iterator[None]:
-    threads = torch.get_num_threads()
-    prepare_torch()
-    yield
-    torch.set_num_threads(threads)
+    with prepare_torch():
+        yield
 
 
 @pytest.fixture(autouse=True, scope="session")

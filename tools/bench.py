@@ -37,9 +37,9 @@ from tasks.options import argument, some_of
 from tools.benchmarks import checkpoints, environments, physics, recording, rendering
 
 
+@prepare_torch()
 def training(steps: int = 1500) -> None:
     """Print training steps a second, ours and Stable-Baselines3's, and the ratio."""
-    prepare_torch()
     # Stable-Baselines3's DDPG updates the policy at every step: to compare, so must ours, whatever the default.
     alike = ["task=nav_complex", "agent.learning_starts=100", "agent.policy_every=1"]
     config = train_config(alike)

@@ -12,11 +12,13 @@ from pathlib import Path
 from asddpg.algorithm.agent import AsDDPG
 from asddpg.build import make_agent, make_environment, prepare_torch
 from asddpg.errors import UserError
+from asddpg.messages import say
 from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
 from asddpg.runs import weights_file
 from asddpg.runs.loading import PREFIX
+from asddpg.runs.lock import RunLock
 from asddpg.runs.provenance import environment_hash
 from asddpg.runs.run_folder import RunFolder, open_run_folder, read_training, write_json
 from asddpg.runs.safe_loading import OURS
@@ -39,6 +41,7 @@ class DiagnoseArguments:
     )
 
 
+@prepare_torch()
 def main(arguments: Sequence[str]) -> None:
     """Drive, compute metrics, write, draw."""
     parsed = parse_arguments(DiagnoseArguments, arguments)
@@ -48,30 +51,30 @@ def main(arguments: Sequence[str]) -> None:
     config, provenance = read_training(folder.config, parsed.controller)
     config.device = "cpu"
     check_matplotlib()  # before the driving, which takes minutes
-    prepare_torch()
     environment = make_environment(config.task, config.reward)
     agent = make_agent(config, environment, next(iter(folder.snapshots()), None))
     weights = list_weights(folder, agent, parsed.every)
     if environment_hash(environment) != provenance.get("model_hash"):
-        print("note: the scene's model is not the one this run was trained on")
+        say("note: the scene's model is not the one this run was trained on")
     has_steps = folder.steps.is_file()
     if agent.controller and not has_steps:
-        print(f"note: there is no {folder.steps}, so the switch's preference in training is unknown")
+        say(f"note: there is no {folder.steps}, so the switch's preference in training is unknown")
     # Before the driving, which takes minutes: damaged logs stop it here.
     training = read_training_metrics(folder.metrics, folder.steps if agent.controller and has_steps else None)
     pairs = stored_pairs(config.task.name, "validation", config.task.goal_radius)[: parsed.episodes]
     folder.diagnosis.mkdir(exist_ok=True)
     examiner = Examiner(str(folder.path), config, agent, environment, pairs, training)
-    for path in weights:
-        snapshot = examiner.examine_snapshot(_load(path, agent))
-        drivers = {"actor alone": snapshot.actor, "switched policy": snapshot.switched}
-        rates = [f"{name} {metrics.success_rate.value:.2f}" for name, metrics in drivers.items() if metrics]
-        print(f"step {snapshot.step}: success rate {', '.join(rates)}", flush=True)
-    write_json(folder.diagnosis / "diagnosis.json", to_json(examiner.diagnosis))
-    from tools.diagnosis.plots import draw  # only here: --help needs no matplotlib
+    with RunLock(folder.diagnosis):
+        for path in weights:
+            snapshot = examiner.examine_snapshot(_load(path, agent))
+            drivers = {"actor alone": snapshot.actor, "switched policy": snapshot.switched}
+            rates = [f"{name} {metrics.success_rate.value:.2f}" for name, metrics in drivers.items() if metrics]
+            say(f"step {snapshot.step}: success rate {', '.join(rates)}")
+        write_json(folder.diagnosis / "diagnosis.json", to_json(examiner.diagnosis))
+        from tools.diagnosis.plots import draw  # only here: --help needs no matplotlib
 
-    draw(examiner.diagnosis, environment.get_wrapper_attr("obstacles"), examiner.by_actor, folder.diagnosis)
-    print(f"written to {folder.diagnosis}")
+        draw(examiner.diagnosis, environment.get_wrapper_attr("obstacles"), examiner.by_actor, folder.diagnosis)
+    say(f"written to {folder.diagnosis}")
 
 
 def list_weights(folder: RunFolder, agent: AsDDPG, every: int) -> list[Path]:
@@ -86,7 +89,7 @@ def list_weights(folder: RunFolder, agent: AsDDPG, every: int) -> list[Path]:
     if not snapshots and not last.is_file():
         raise UserError(f"{folder.path} has neither snapshots nor a last checkpoint: let it train up to a validation")
     if not snapshots:
-        print("note: the run kept no snapshots (validation.snapshots, validation.every); only its end is driven")
+        say("note: the run kept no snapshots (validation.snapshots, validation.every); only its end is driven")
         return [last]
     if last.is_file() and _load(last, agent) > _load(snapshots[-1], agent):
         snapshots.append(last)

@@ -19,7 +19,7 @@ from tasks.options import NOT_NEGATIVE, argument, between, option, some_of
 from tools.drawing.picture_file import PICTURE_FILE, PICTURE_SIZE, open_renderer, picture_size, write
 from tools.recordings.episode_states import EpisodeStates
 from tools.recordings.files import open_single
-from tools.recordings.overlay import Place, Stretch, draw_path, draw_scan, scan_points
+from tools.recordings.overlay import Place, Stretch, draw_path, draw_scan, read_scans
 
 OVERLAYS = ("scan", "path")
 
@@ -41,7 +41,7 @@ class FrameArguments:
     caption: bool = option(True, "Whether step, time and driver stand below.")
     show: list[str] = option(
         [],
-        "What Foxglove shows besides: scan, where the laser's beams end, and path, the path so far.",
+        "What Foxglove shows besides: scan, where the beams of its last scan ended, and path, the path so far.",
         some_of(*OVERLAYS),
     )
 
@@ -72,9 +72,7 @@ def _decorate(scene: mujoco.MjvScene, overlays: Sequence[str], states: EpisodeSt
     if "path" in overlays:
         draw_path(scene, path)
     if "scan" in overlays:
-        laser = states.physics.data.ptr.body("laser")
-        ranges = states.physics.ranges()
-        draw_scan(scene, scan_points(laser.xpos.copy(), laser.xmat.reshape(3, 3).copy(), ranges))
+        draw_scan(scene, read_scans(states.recording)[len(path)])
 
 
 def _count(parsed: FrameArguments, states: EpisodeStates) -> int:

@@ -152,13 +152,17 @@ def main(arguments: Sequence[str]) -> None:
         size += found.size
         if parsed.export is not None:
             rows += (row_of(lines[-1][0], step) for step in found.steps)
+    if rows and parsed.export is not None:
+        write_table(parsed.export, rows)
     if counts:
         print(aligned(lines))
     print(_summary(counts, size))
     for sentence in damaged:
         print(f"damaged: {sentence}")
     if parsed.export is not None:
-        _export(parsed.export, rows)
+        if not rows:
+            raise UserError(f"there is no step to export, so {parsed.export} is not written")
+        print(f"{len(rows)} steps written to {parsed.export}")
 
 
 def _summary(counts: Counter[str], size: int) -> str:
@@ -167,13 +171,6 @@ def _summary(counts: Counter[str], size: int) -> str:
     outcomes = ", ".join(f"{count} {outcome}" for outcome, count in counts.most_common())
     total = counts.total()
     return f"{total} recording{'s' * (total > 1)}, {size / KILOBYTE**2:.1f} MB: {outcomes}"
-
-
-def _export(path: Path, rows: Sequence[Row]) -> None:
-    if not rows:
-        raise UserError(f"there is no step to export, so {path} is not written")
-    write_table(path, rows)
-    print(f"{len(rows)} steps written to {path}")
 
 
 if __name__ == "__main__":

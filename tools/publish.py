@@ -14,11 +14,13 @@ from pathlib import Path
 import gymnasium
 
 from asddpg.algorithm.agent import AsDDPG
+from asddpg.atomic_write import claim_folder, locked
 from asddpg.build import controller_for, make_agent, make_environment, prepare_torch
 from asddpg.config import ControllerConfig, TrainConfig
 from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone
 from asddpg.episodes.evaluation import EvaluationResult, evaluate, table
 from asddpg.errors import UserError
+from asddpg.messages import say
 from asddpg.observers.progress import count_episodes
 from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
@@ -55,12 +57,12 @@ class PublishArguments:
     )
 
 
+@prepare_torch()
 def main(arguments: Sequence[str]) -> None:
     """Export, test what was exported, write the card; the folder is whole or not there."""
     parsed = parse_arguments(PublishArguments, arguments)
     folder = PretrainedFolder(pretrained.FOLDER / parsed.name)
-    if folder.path.exists() and not parsed.overwrite:
-        raise UserError(f"there is a pretrained policy {parsed.name!r} already; overwrite=true replaces it")
+    _check_overwrite(parsed)
     seconds = _training_seconds(parsed)
     trained = open_trained(parsed.run, parsed.checkpoint, None)
     if trained.config.controller.type != ControllerConfig().type:
@@ -68,16 +70,20 @@ def main(arguments: Sequence[str]) -> None:
             f"the controller {trained.config.controller.type} is not shipped, so neither is what it trained"
         )
     arguments_of(trained.config)  # an error before the driving, which takes minutes
-    prepare_torch()
-    part = PretrainedFolder(folder.path.with_name(f".{parsed.name}.part"))
-    shutil.rmtree(part.path, ignore_errors=True)
-    part.path.mkdir(parents=True)
+    part = PretrainedFolder(claim_folder(folder.path.with_name(f".{parsed.name}.part")))
     try:
         _fill(part, parsed, trained, seconds)
-        _replace(folder.path, part.path)
+        with locked(folder.path.parent):
+            _check_overwrite(parsed)  # again: another process may have published meanwhile
+            _replace(folder.path, part.path)
     finally:
         shutil.rmtree(part.path, ignore_errors=True)
-    print(f"written to {folder.path}; evaluate it: python -m asddpg.evaluate run=pretrained:{parsed.name}")
+    say(f"written to {folder.path}; evaluate it: python -m asddpg.evaluate run=pretrained:{parsed.name}")
+
+
+def _check_overwrite(parsed: PublishArguments) -> None:
+    if (pretrained.FOLDER / parsed.name).exists() and not parsed.overwrite:
+        raise UserError(f"there is a pretrained policy {parsed.name!r} already; overwrite=true replaces it")
 
 
 def _training_seconds(parsed: PublishArguments) -> float:
@@ -96,7 +102,7 @@ def _fill(part: PretrainedFolder, parsed: PublishArguments, trained: Trained, se
     agent, step = _export(part, trained, config, environment)
     part.config.write_text(config_text(config, trained.provenance), encoding="utf-8")
     metrics, drives = _test(config, environment, agent, parsed.episodes)
-    print(table(metrics))
+    say(table(metrics))
     scene = environment_hash(environment)
     content: dict[str, object] = {
         "task": config.task.name,

@@ -101,18 +101,27 @@ class AsDDPG:
         return action
 
     @torch.no_grad()
+    def switch_values(self, observation: Observation) -> dict[str, float]:
+        """q_policy, q_controller and value of a Decision; empty without a switch."""
+        return self._evaluate_switch(self._as_batch(observation))
+
+    def _evaluate_switch(self, x: Tensor) -> dict[str, float]:
+        if self.networks.switch is None:
+            return {}
+        value, q = self.networks.switch.value_and_q(self.networks.features(x))
+        q_policy, q_controller = q[0].tolist()
+        return {"q_policy": q_policy, "q_controller": q_controller, "value": value.item()}
+
+    @torch.no_grad()
     def _choose(self, observation: Observation, explore: bool) -> Decision:
         x = self._as_batch(observation)
         actor_action: Action = self.networks.policy(x)[0].cpu().numpy()
         evaluated: dict[str, Any] = {"actor_action": actor_action}
         driver = Driver.POLICY
-        if self.controller is not None and self.networks.switch is not None:
-            value, q = self.networks.switch.value_and_q(self.networks.features(x))
-            q_policy, q_controller = q[0].tolist()
-            controller_action = self.controller.act(observation)
-            evaluated |= {"q_policy": q_policy, "q_controller": q_controller, "value": value.item()}
-            evaluated["controller_action"] = controller_action
-            if q_controller > q_policy and not (explore and self._withdrawal.is_alone):
+        if self.controller is not None:
+            evaluated |= self._evaluate_switch(x)
+            evaluated["controller_action"] = controller_action = self.controller.act(observation)
+            if evaluated["q_controller"] > evaluated["q_policy"] and not (explore and self._withdrawal.is_alone):
                 return Decision(controller_action, Driver.CONTROLLER, **evaluated)
         if not explore:
             return Decision(actor_action, driver, **evaluated)

@@ -1,11 +1,27 @@
 """Layers laid out for small networks on a CPU; on a GPU they compute the same."""
 
 import math
+import threading
+from collections.abc import Iterator
+from contextlib import contextmanager
 from typing import Any
 
 import torch
 from torch import Tensor, nn
 from torch.autograd.function import once_differentiable
+
+_DRAWING = threading.RLock()
+
+
+@contextmanager
+def drawing_weights(seed: int = 0) -> Iterator[None]:
+    """Layers made in it draw their weights by a seed, from torch's one generator, which is then as it was before.
+
+    Two threads take turns: they would draw one another's numbers.
+    """
+    with _DRAWING, torch.random.fork_rng(devices=[]):
+        torch.default_generator.manual_seed(seed)
+        yield
 
 
 class Linear(nn.Module):

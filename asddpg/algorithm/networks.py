@@ -10,7 +10,7 @@ from typing import NamedTuple
 import torch
 from torch import Tensor, nn
 
-from asddpg.algorithm.layers import Convolution, Linear
+from asddpg.algorithm.layers import Convolution, Linear, drawing_weights
 
 POLICY, CONTROLLER = 0, 1  # columns of Q(x, σ)
 
@@ -178,7 +178,7 @@ class Networks(nn.Module):
 
 def branch_size(shape: NetworkShape) -> int:
     """Number of weights in the hidden layers of one branch, computed without allocating them."""
-    with torch.random.fork_rng(devices=[]):
+    with drawing_weights():
         features = Features(shape.observation_size, shape.scan_shape).size
     return sum(fan_in * fan_out for fan_in, fan_out in pairwise([features, *shape.widths]))
 

@@ -1,6 +1,8 @@
 """Drivers that do not learn: the actor alone, the switched policy, and the baselines."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -43,6 +45,11 @@ def controller_alone(controller: Controller) -> FixedDriver:
         return Decision(action, Driver.CONTROLLER, controller_action=action)
 
     return FixedDriver(decide)
+
+
+def with_values(driver: FixedDriver, values: Callable[[Observation], Mapping[str, Any]]) -> FixedDriver:
+    """The same driver, its decisions with a switch's q_policy, q_controller and value, for recordings."""
+    return FixedDriver(lambda observation: replace(driver.decide(observation), **values(observation)))
 
 
 def random_actor(low: Action, high: Action, rng: np.random.Generator) -> FixedDriver:

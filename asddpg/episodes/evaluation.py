@@ -96,11 +96,15 @@ def summarize_episodes(
         success_rate=rate(sum(reached), count),
         collision_rate=rate(sum(episode.outcome == "crashed" for episode in episodes), count),
         timeout_rate=rate(sum(episode.outcome == "timeout" for episode in episodes), count),
-        metric=mean([STEP_PENALTY * e.steps + REACH_BONUS * hit for e, hit in zip(episodes, reached, strict=True)]),
-        mean_time=mean([e.steps * control_timestep for e, hit in zip(episodes, reached, strict=True) if hit]),
-        spl=mean([_spl(e, length) for e, length in zip(episodes, shortest_paths, strict=True)]),
+        metric=mean([_metric(e) for e in episodes], high=REACH_BONUS),
+        mean_time=mean([e.steps * control_timestep for e, hit in zip(episodes, reached, strict=True) if hit], low=0.0),
+        spl=mean([_spl(e, length) for e, length in zip(episodes, shortest_paths, strict=True)], low=0.0, high=1.0),
         controller_share=sum(episode.controller_steps for episode in episodes) / max(steps, 1),
     )
+
+
+def _metric(episode: Episode) -> float:
+    return STEP_PENALTY * episode.steps + REACH_BONUS * (episode.outcome == "reached")
 
 
 def _spl(episode: Episode, shortest_path: float) -> float:

@@ -26,12 +26,12 @@ def rate(hits: int, trials: int) -> Estimate:
     return Estimate(hits / trials, float(interval.low), float(interval.high))
 
 
-def mean(values: Sequence[float]) -> Estimate:
-    """A mean with Student's t interval; without one for a single value."""
+def mean(values: Sequence[float], low: float = -math.inf, high: float = math.inf) -> Estimate:
+    """A mean with Student's t interval, cut at bounds of the values; without one for a single value."""
     if not len(values):
         return Estimate(None, None, None)
     centre = float(np.mean(values))
     if len(values) == 1:
         return Estimate(centre, None, None)
     half = float(stats.t.ppf((1 + LEVEL) / 2, len(values) - 1) * np.std(values, ddof=1) / math.sqrt(len(values)))
-    return Estimate(centre, centre - half, centre + half)
+    return Estimate(centre, max(centre - half, low), min(centre + half, high))

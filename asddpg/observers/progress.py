@@ -1,12 +1,12 @@
 """The progress bar."""
 
-import sys
 from collections.abc import Iterable, Mapping, Sequence
 from typing import SupportsFloat, TypeVar
 
 from tqdm import tqdm
 
 from asddpg.episodes.protocols import Driver, Episode, Observer, Step
+from asddpg.messages import ERR, say
 from asddpg.observers.metrics_log import RecentOutcomes
 
 T = TypeVar("T")
@@ -14,7 +14,7 @@ ON_TERMINAL, IN_FILE = 0.5, 10.0  # seconds between two states; a file keeps eve
 
 
 def _interval() -> float:
-    return ON_TERMINAL if sys.stderr.isatty() else IN_FILE
+    return ON_TERMINAL if ERR.isatty() else IN_FILE
 
 
 class ProgressBar(Observer):
@@ -22,7 +22,9 @@ class ProgressBar(Observer):
 
     def __init__(self, total_steps: int, steps: int = 0, outcomes: Iterable[str] = ()) -> None:
         """Go on after so many steps, and after episodes that ended so."""
-        self._bar = tqdm(total=total_steps, initial=steps, unit=" steps", smoothing=0.05, mininterval=_interval())
+        self._bar = tqdm(
+            total=total_steps, initial=steps, unit=" steps", smoothing=0.05, mininterval=_interval(), file=ERR
+        )
         self._recent = RecentOutcomes(outcomes)
         self._share = 0.0
 
@@ -43,7 +45,9 @@ class ProgressBar(Observer):
 
     def print_line(self, text: str) -> None:
         """Print a line above the bar."""
-        self._bar.write(text)
+        self._bar.clear()
+        say(text)
+        self._bar.refresh()
 
     def close(self) -> None:
         """Close the bar and leave it on the screen."""
@@ -52,4 +56,9 @@ class ProgressBar(Observer):
 
 def count_episodes(pairs: Sequence[T]) -> Iterable[T]:
     """The pairs of an evaluation, with a bar that counts them as they are driven."""
-    return tqdm(pairs, unit=" episodes", leave=False, mininterval=_interval())
+    return tqdm(pairs, unit=" episodes", leave=False, mininterval=_interval(), file=ERR)
+
+
+def notify(text: str) -> None:
+    """Write a line on standard error, above the bar."""
+    tqdm.write(text, file=ERR)

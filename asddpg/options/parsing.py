@@ -8,6 +8,7 @@ from dataclasses import MISSING
 from typing import Any, NoReturn, TypeVar
 
 from asddpg.errors import UserError, truncated_repr
+from asddpg.options.habits import hydra_sentence, plain_name
 from asddpg.options.values import check_value, read_value
 from tasks.options import Option, default_of, options_of
 
@@ -38,7 +39,8 @@ def parse_arguments(kind: type[Arguments], arguments: Sequence[str], may_repeat:
     plain: list[str] = []
     for argument in arguments:
         name, equals, text = argument.partition("=")
-        if positional and name not in named and (not equals or os.path.exists(argument)):
+        is_option = argument.startswith("-") or (equals and "/" not in name)
+        if positional and name not in named and (not is_option or os.path.exists(argument)):
             plain.append(argument)
             continue
         option = find_option(argument, named)
@@ -65,13 +67,18 @@ def find_option(argument: str, options: Mapping[str, Option], others: Sequence[s
         UserError: it is of another form, or there is no such option.
     """
     name, equals, _ = argument.partition("=")
+    if equals and name in options:
+        return options[name]
+    if sentence := hydra_sentence(name):
+        raise UserError(f"{truncated_repr(argument)} is no option; {sentence}")
     if not options:
         raise UserError(f"this program takes no options, not {truncated_repr(argument)}")
+    known = [*others, *options]
+    meant = plain_name(name, known)
     if not equals or not name:
-        raise UserError(f"{truncated_repr(argument)} is not an option of the form name=value, such as seed=1")
-    if name not in options:
-        raise UserError(f"there is no option {truncated_repr(name)}; {_suggestion(name, [*others, *options])}")
-    return options[name]
+        example = next((each for each in (meant, "seed") if each in known), known[-1])
+        raise UserError(f"{truncated_repr(argument)} is not an option of the form name=value, such as {example}=…")
+    raise UserError(f"there is no option {truncated_repr(name)}; {_suggestion(meant, known)}")
 
 
 def _suggestion(name: str, known: Sequence[str]) -> str:
@@ -140,3 +147,11 @@ def with_values(config: Any, values: Mapping[str, Any]) -> Any:
             current = default_of(field) if isinstance(config, type) else getattr(config, field.name)
             changes[field.name] = with_values(current, inner)
     return config(**changes) if isinstance(config, type) else dataclasses.replace(config, **changes)
+
+
+def flatten(values: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
+    """Values of nested mappings by their full names, such as agent.gamma."""
+    flat: dict[str, Any] = {}
+    for name, value in values.items():
+        flat |= flatten(value, f"{prefix}{name}.") if isinstance(value, Mapping) else {f"{prefix}{name}": value}
+    return flat

@@ -5,10 +5,12 @@ import os
 import re
 import types
 import typing
+import unicodedata
 from pathlib import Path
 from typing import Any
 
 from asddpg.errors import UserError, truncated_repr
+from asddpg.options.habits import sweep_hint
 from tasks.options import TYPES, Option, alternatives
 
 _WHOLE = re.compile(r"[+-]?[0-9]+(_[0-9]+)*")
@@ -24,15 +26,18 @@ def read_value(option: Option, text: str) -> Any:
     """
     if "${" in text:
         raise UserError(f"{option.name} refers to a value by ${{…}}, in {truncated_repr(text)}; write the value itself")
-    if text in ("", "???"):
-        raise UserError(f"{option.name}={text} gives {option.name} no value; write one, or leave {option.name} out")
+    if not text:
+        raise UserError(f"{option.name}= gives {option.name} no value; write one, or leave {option.name} out")
     kinds = alternatives(option.kind)
+    value: Any = text
     try:
         value = _read(text, kinds)
+        requirement = option.requirement(value)
     except ValueError:
-        allowed = " or ".join(TYPES[kind] for kind in kinds)
-        raise UserError(f"{option.name} must be {allowed}, not {truncated_repr(text)}") from None
-    check_value(option, value)
+        requirement = " or ".join(TYPES[kind] for kind in kinds)
+    if requirement:
+        hint = "" if typing.get_origin(kinds[0]) is list else sweep_hint(option.name, text)
+        raise UserError(f"{option.name} must be {requirement}, not {truncated_repr(value)}{hint}")
     return value
 
 
@@ -42,11 +47,17 @@ def check_value(option: Option, value: Any) -> None:
         raise UserError(f"{option.name} must be {requirement}, not {truncated_repr(value)}")
 
 
+def check_stored(option: Option, value: Any) -> Any:
+    """A value of a YAML file as the option has it: 1 is a number too; UserError where the option does not take it."""
+    check_value(option, value)
+    if option.kind == list[float]:
+        return [float(each) for each in value]
+    return float(value) if option.kind is float else value
+
+
 def _read(text: str, kinds: tuple[Any, ...]) -> Any:
-    if text == "null":
-        if types.NoneType in kinds:
-            return None
-        raise ValueError
+    if text == "null" and types.NoneType in kinds:
+        return None
     kind = kinds[0]
     if typing.get_origin(kind) is list:
         return _read_list(text, typing.get_args(kind))
@@ -58,10 +69,21 @@ def _read(text: str, kinds: tuple[Any, ...]) -> Any:
         if text.lower() not in _TRUTH:
             raise ValueError
         return _TRUTH[text.lower()]
-    if text[:1] in ("", "[", "{") or not text.isprintable():
+    if not text:  # in a list
         raise ValueError
+    if not _is_plain(text):
+        raise UserError(f"{truncated_repr(text)} holds control characters or is not UTF-8; choose another name")
     text = os.path.expanduser(text)
     return Path(text) if kind is Path else text
+
+
+def _is_plain(text: str) -> bool:
+    """Whether a text steers no terminal and, as a path, can be opened by libraries that take UTF-8 alone."""
+    try:
+        os.fsencode(text).decode("utf-8")
+    except UnicodeError:
+        return False
+    return not any(unicodedata.category(each) == "Cc" for each in text)
 
 
 def _read_list(text: str, kinds: tuple[Any, ...]) -> list[Any]:

@@ -2,6 +2,7 @@
 
 from collections import deque
 from collections.abc import Callable, Collection, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, SupportsFloat
@@ -15,8 +16,8 @@ from asddpg.recording.messages.scan_pose_messages import PoseEncoder
 from asddpg.recording.messages.scene_messages import scene_message
 from asddpg.recording.messages.step_message import encode_json
 from asddpg.recording.pictures.cameras import Cameras
-from asddpg.recording.samples import RecordedEnvironment, Sample, Sampler
-from tasks.scene.frames import BodyFrames
+from asddpg.recording.samples import Sample, Sampler
+from tasks.gymnasium_api.navigation_env import NavigationEnv
 
 BATCH_STEPS = 12  # written at once: a killed process loses no more
 
@@ -55,12 +56,18 @@ def every_nth(every: int) -> Callable[[int], bool]:
 
 
 class Recorder:
-    """Observes an environment's episodes; a failure to record does not stop them."""
+    """Observes an environment's episodes; a failure to record does not stop them.
+
+    Attributes:
+        folder: of the files.
+        files: completed and kept.
+        last: the last of them.
+    """
 
     def __init__(
         self,
         folder: Path,
-        environment: RecordedEnvironment,
+        environment: NavigationEnv,
         provenance: Provenance,
         selection: Selection,
         notify: Callable[[str], None],
@@ -82,12 +89,12 @@ class Recorder:
             counts_steps: whether the observed steps are training steps.
             cameras: their pictures are recorded too.
         """
-        self._folder, self._facts, self._selection, self._notify = folder, provenance.facts, selection, notify
+        self.folder, self._facts, self._selection, self._notify = folder, provenance.facts, selection, notify
         self._config = pack_config(provenance.config)
         is_video = cameras is not None and cameras.is_video
         model = environment.physics.model.ptr
         self._channels = Channels(cameras.names if cameras else (), is_video)
-        poses = PoseEncoder(BodyFrames.from_model(model), environment.scan_shape)
+        poses = PoseEncoder(environment)
         self._publisher = Publisher(self._channels.log, poses, scene_message(model), is_video)
         self._sampler = Sampler(environment, cameras)
         self._kept = deque(sorted(folder.glob("*.mcap")))
@@ -99,8 +106,8 @@ class Recorder:
         self._steps, self._episodes = first_step, first_episode
         self._counts_steps = counts_steps
         self._has_failed = False
-        self.files = 0  # completed and kept
-        self.last: Path | None = None  # the last of them
+        self.files = 0
+        self.last: Path | None = None
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
         """Begin a file, if this episode is chosen."""
@@ -125,10 +132,12 @@ class Recorder:
             self._try(lambda: self._complete(episode))
 
     def close(self) -> None:
-        """Complete the file of an episode that was interrupted."""
+        """Complete the file of an episode that was interrupted; a folder without files goes."""
         if self._file is not None:
             self._try(self._publish)
             self.end_episode(self._stats)
+        with suppress(OSError):
+            self.folder.rmdir()
 
     # Files --------------------------------------------------------------------------------------------------------
 
@@ -138,7 +147,7 @@ class Recorder:
         facts |= {name: encode_json(list(info[name])).decode() for name in ("start", "goal")}
         name = f"{self._steps:08d}_{self._episodes:05d}"
         metadata = {**self._facts, **facts}
-        return RecordingFile(self._folder, name, self._channels.context, metadata, self._config)
+        return RecordingFile(self.folder, name, self._channels.context, metadata, self._config)
 
     def _write_batch(self) -> None:
         assert self._file is not None
@@ -178,6 +187,6 @@ class Recorder:
                 file.drop()  # a checkpoint may need its disk space
             if not self._has_failed:
                 self._notify(
-                    f"episode {self._episodes} is not recorded: {self._folder}: {error.strerror}; going on without"
+                    f"episode {self._episodes} is not recorded: {self.folder}: {error.strerror}; going on without"
                 )
             self._has_failed = True

@@ -2,32 +2,15 @@
 
 from collections.abc import Mapping
 from types import MappingProxyType
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple
 
 from asddpg.episodes.protocols import Observation, Step
+from asddpg.recording.pictures.cameras import Cameras, Stills
+from tasks.gymnasium_api.navigation_env import NavigationEnv
 
 NANOSECONDS = 1_000_000_000
 _MICROSECOND = 1_000  # ns; smaller parts of a simulated time are rounding errors
 _NO_PICTURES: Mapping[str, bytes] = MappingProxyType({})
-
-
-class RecordedEnvironment(Protocol):
-    """The part of NavigationEnv that recordings read."""
-
-    @property
-    def physics(self) -> Any:
-        """The scene."""
-
-    @property
-    def scan_shape(self) -> tuple[int, int]:
-        """Scans and beams at the head of the observation."""
-
-
-class PictureSource(Protocol):
-    """Cameras of the scene."""
-
-    def take(self, is_first: bool) -> Mapping[str, bytes]:
-        """An encoded picture by camera; `is_first` in an episode."""
 
 
 class Sample(NamedTuple):
@@ -44,6 +27,7 @@ class Sample(NamedTuple):
     positions: bytes  # xpos of all bodies of the scene
     quaternions: bytes  # xquat
     rotations: bytes  # xmat
+    delayed_poses: tuple[float, bytes] | None  # seconds and the same three at the instant of a scan within the step
     qpos: bytes
     qvel: bytes
     pictures: Mapping[str, bytes]  # by camera, encoded
@@ -51,14 +35,20 @@ class Sample(NamedTuple):
     @property
     def time(self) -> int:
         """Simulated nanoseconds since the episode's beginning."""
-        return round(self.seconds * (NANOSECONDS / _MICROSECOND)) * _MICROSECOND
+        return to_nanoseconds(self.seconds)
+
+
+def to_nanoseconds(seconds: float) -> int:
+    """Simulated nanoseconds, in whole microseconds."""
+    return round(seconds * (NANOSECONDS / _MICROSECOND)) * _MICROSECOND
 
 
 class Sampler:
     """Takes samples of an environment and changes nothing in it."""
 
-    def __init__(self, environment: RecordedEnvironment, cameras: PictureSource | None = None) -> None:
-        self._data = data = environment.physics.data.ptr
+    def __init__(self, environment: NavigationEnv, cameras: Cameras | Stills | None = None) -> None:
+        self._physics = environment.physics
+        self._data = data = self._physics.data.ptr
         self._arrays = data.xpos, data.xquat, data.xmat, data.qpos, data.qvel  # views that MuJoCo keeps up to date
         self._cameras = cameras
 
@@ -73,6 +63,7 @@ class Sampler:
             positions.tobytes(),
             quaternions.tobytes(),
             rotations.tobytes(),
+            self._physics.delayed_poses,
             qpos.tobytes(),
             qvel.tobytes(),
             self._cameras.take(is_first=step is None) if self._cameras else _NO_PICTURES,

@@ -19,7 +19,7 @@ class Trained:
     title: str
     config: TrainConfig
     provenance: dict[str, str]
-    evaluation: Path  # file for results of an evaluation
+    out: Path  # folder for what is made with it
     weights: Path
 
 
@@ -37,9 +37,9 @@ def open_trained(run: str, checkpoint: str = "last", controller: str | None = OU
     if not run.startswith(PREFIX):
         folder = open_run_folder(run)
         training = read_training(folder.config, controller)
-        return Trained(f"{run}, {checkpoint} checkpoint", *training, folder.evaluation, folder.checkpoint(checkpoint))
+        return Trained(f"{run}, {checkpoint} checkpoint", *training, folder.path, folder.checkpoint(checkpoint))
     shipped = open_pretrained(run.removeprefix(PREFIX))
     if checkpoint != "last":
         raise UserError(f"checkpoint={checkpoint} belongs to a run's folder; {run} has one set of weights")
     # Into the present folder, as a baseline's: the package is not the user's to write into.
-    return Trained(run, *read_training(shipped.config), Path("evaluation.json"), shipped.weights)
+    return Trained(run, *read_training(shipped.config), Path(), shipped.weights)

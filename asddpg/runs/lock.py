@@ -32,7 +32,7 @@ class RunLock:
             self._file.seek(0)
             owner = self._file.read().strip() or "another process"
             self._file.close()
-            raise UserError(f"the run {run} is being written by {owner}; one process at a time may do so") from error
+            raise UserError(f"{run} is being written by {owner}; one process at a time may do so") from error
         self._file.truncate(0)
         self._file.write(f"process {os.getpid()} on {socket.gethostname()}\n")
         self._file.flush()

@@ -11,8 +11,9 @@ from asddpg.episodes.protocols import Action, Observation
 from asddpg.errors import UserError
 from asddpg.runs import weights_file
 from asddpg.runs.run_folder import read_training
+from tasks.scene.loading import MODELS
 
-FOLDER = Path(__file__).resolve().parents[2] / "models" / "pretrained"
+FOLDER = MODELS.parent / "pretrained"
 
 
 class PretrainedFolder:

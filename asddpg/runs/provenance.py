@@ -5,19 +5,21 @@ from importlib import metadata
 
 import gymnasium
 
+from asddpg import __version__
 from asddpg.config import TrainConfig
 from asddpg.recording.recorder import Provenance
 from asddpg.runs.run_folder import config_text
 from tasks.scene.loading import model_hash
 
-_PACKAGES = ("asddpg", "mujoco", "dm-control", "torch", "numpy", "gymnasium")
+_PACKAGES = ("mujoco", "dm-control", "torch", "numpy", "gymnasium")
 # Keys of notes in a run's provenance: from how many steps to how many it was prolonged, and what changed at a resume.
 PROLONGED, RESUMED = "prolonged", "resumed"
 
 
 def versions() -> dict[str, str]:
     """Versions of Python and of the packages that a result depends on."""
-    return {"python": platform.python_version(), **{name: metadata.version(name) for name in _PACKAGES}}
+    own = {"python": platform.python_version(), "asddpg": __version__}
+    return own | {name: metadata.version(name) for name in _PACKAGES}
 
 
 def current_versions(environment: gymnasium.Env) -> dict[str, str]:
@@ -28,7 +30,10 @@ def current_versions(environment: gymnasium.Env) -> dict[str, str]:
 def recording_provenance(config: TrainConfig, provenance: dict[str, str], **more: str) -> Provenance:
     """Provenance of a recording: the configuration as YAML, and facts by name."""
     facts = {"task": config.task.name, "agent": config.agent.name, "seed": str(config.seed)}
-    return Provenance(config_text(config, provenance), {**facts, **more, **provenance})
+    facts |= {**more, **provenance}
+    # A path whose bytes are no UTF-8 is escaped.
+    facts = {name: text.encode(errors="backslashreplace").decode() for name, text in facts.items()}
+    return Provenance(config_text(config, provenance), facts)
 
 
 def environment_hash(environment: gymnasium.Env) -> str:

@@ -1,6 +1,5 @@
 """A run's folder: its paths, how it is created and read."""
 
-import itertools
 import json
 from dataclasses import asdict
 from datetime import datetime
@@ -9,7 +8,7 @@ from typing import Any
 
 import yaml
 
-from asddpg.atomic_write import write_whole
+from asddpg.atomic_write import claim_folder, set_aside, write_whole
 from asddpg.command_line import stored_config
 from asddpg.config import TrainConfig
 from asddpg.errors import UserError
@@ -52,39 +51,34 @@ class RunFolder:
         """Folder of the dump of a failure after `step` training steps."""
         return self.path / f"failure_{step:08d}"
 
-    def create(self) -> None:
-        """Make the folder.
-
-        Raises:
-            UserError: it cannot be made.
-        """
-        try:
-            self.checkpoint("last").parent.mkdir(parents=True)
-        except OSError as error:
-            raise UserError(f"the run folder {self.path} cannot be made: {error.strerror}") from error
-
     def write_config(self, config: TrainConfig, provenance: dict[str, str]) -> None:
         """Write config.yaml, whole or, if there was one before, the one before."""
         write_whole(self.config, config_text(config, provenance).encode())
 
 
-def new_run_folder(config: TrainConfig) -> RunFolder:
-    """The folder for a configuration, not created yet.
+def check_unused(run_dir: str | None) -> None:
+    """UserError where a folder for a new run exists and is not empty."""
+    path = Path(run_dir) if run_dir else None
+    if path is not None and path.exists() and (not path.is_dir() or any(path.iterdir())):
+        raise UserError(f"the run folder {path} exists and is not empty; choose another run_dir= or remove it")
+
+
+def create_run(config: TrainConfig) -> RunFolder:
+    """Make the folder for a configuration, which no other process has.
 
     Raises:
-        UserError: it exists and is not empty.
+        UserError: it cannot be made, or another training has just begun in it.
     """
     name = f"{datetime.now():%Y-%m-%d_%H-%M-%S}_{config.task.name}_{config.agent.name}_seed{config.seed}"
-    path = Path(config.run_dir) if config.run_dir else Path("runs") / name
-    if path.exists() and (not path.is_dir() or any(path.iterdir())):
-        raise UserError(f"the run folder {path} exists and is not empty; choose another run_dir= or remove it")
-    return RunFolder(path)
-
-
-def unused_folder(folder: Path) -> Path:
-    """A folder without recordings: this one, or the first of <folder>_2, _3, … that is empty."""
-    numbered = (folder.with_name(f"{folder.name}_{number}") for number in itertools.count(2))
-    return next(path for path in itertools.chain([folder], numbered) if not path.is_dir() or not any(path.iterdir()))
+    path = Path(config.run_dir or Path("runs") / name)
+    try:
+        folder = RunFolder(path if config.run_dir else claim_folder(path))
+        folder.checkpoint("last").parent.mkdir(parents=True)
+    except FileExistsError as error:
+        raise UserError(f"another training has begun in {path}; choose another run_dir=") from error
+    except OSError as error:
+        raise UserError(f"the run folder {path} cannot be made: {error.strerror}") from error
+    return folder
 
 
 def open_run_folder(path: str) -> RunFolder:
@@ -157,6 +151,7 @@ def _parse(text: str | bytes, title: str) -> tuple[dict[str, Any], dict[str, str
     return values, provenance
 
 
-def write_json(path: Path, content: dict[str, Any]) -> None:
-    """Write a file that is whole or not there."""
-    write_whole(path, (json.dumps(content, indent=2, allow_nan=False) + "\n").encode())
+def write_json(path: Path, content: dict[str, Any], keeps_old: bool = False) -> None:
+    """Write a file that is whole or not there; with `keeps_old` one that differs goes on as <name>_1.json and so on."""
+    text = (json.dumps(content, indent=2, allow_nan=False) + "\n").encode()
+    write_whole(path, text, lambda old: set_aside(old) if keeps_old and old.read_bytes() != text else None)

@@ -1,8 +1,11 @@
 """Graceful stop: a signal ends a training after the step in progress."""
 
 import signal
+from contextlib import suppress
 from types import FrameType
-from typing import Self
+from typing import Any, Self
+
+from asddpg.messages import ERR, OUT
 
 _SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # Ctrl-C, a scheduler, a terminal that is closed
 
@@ -17,14 +20,21 @@ class Stopped(Exception):  # noqa: N818  # it is no error
 
 
 class StopSignals:
-    """Records the first signal; a SIGINT after it stops at once.
+    """Records the first signal; a SIGINT after it stops at once. In a thread, where none arrives, nothing is set up.
 
     Other signals after the first are ignored: a program under `make`, or in a process group that is ended, may receive
     the same one twice.
     """
 
     def __init__(self) -> None:
-        self.number = 0  # of the signal that came
+        self._number = 0
+
+    @property
+    def number(self) -> int:
+        """The first signal, 0 where none came. A broken standard stream counts as SIGHUP, as a closed terminal is."""
+        if not self._number and (OUT.is_broken or ERR.is_broken) and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
+            self._number = signal.SIGHUP
+        return self._number
 
     def raise_if_received(self) -> None:
         """Stop here, if a signal has come.
@@ -32,15 +42,17 @@ class StopSignals:
         Raises:
             Stopped: one has.
         """
-        if self.number:
-            raise Stopped(self.number)
+        if number := self.number:
+            raise Stopped(number)
 
     def __enter__(self) -> Self:
-        # Ignored signals stay ignored, such as SIGHUP under nohup.
-        before = {number: signal.getsignal(number) for number in _SIGNALS}
-        self._before = {number: handler for number, handler in before.items() if handler != signal.SIG_IGN}
-        for number in self._before:
-            signal.signal(number, self._record)
+        self._before: dict[int, Any] = {}
+        with suppress(ValueError):  # in a thread
+            for number in _SIGNALS:
+                # Ignored signals stay ignored, such as SIGHUP under nohup; None is a handler that is not Python's.
+                if (before := signal.getsignal(number)) not in (signal.SIG_IGN, None):
+                    signal.signal(number, self._record)
+                    self._before[number] = before
         return self
 
     def __exit__(self, *_: object) -> None:
@@ -48,6 +60,6 @@ class StopSignals:
             signal.signal(number, handler)
 
     def _record(self, number: int, _: FrameType | None) -> None:
-        if self.number and number == signal.SIGINT:
+        if self._number and number == signal.SIGINT:
             raise KeyboardInterrupt
-        self.number = self.number or number
+        self._number = self._number or number

@@ -13,6 +13,7 @@ from safetensors import SafetensorError, safe_open
 from safetensors.torch import save as serialize
 from torch import Tensor
 
+from asddpg.algorithm.layers import drawing_weights
 from asddpg.algorithm.networks import Networks, NetworkShape, branch_size
 from asddpg.atomic_write import write_whole
 from asddpg.errors import UserError
@@ -73,7 +74,7 @@ def read(path: Path) -> tuple[Networks, int, int]:
     content = _read(path)
     with_switch = any(name.startswith("switch") for name in content.weights)
     try:
-        with torch.random.fork_rng(devices=[]):  # building draws weights; the caller's generator stays as it is
+        with drawing_weights():
             networks = Networks(content.shape, with_switch)
     except INVALID as error:
         raise UserError(f"{path} is damaged: no network can be built as its header describes one") from error

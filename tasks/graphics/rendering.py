@@ -1,30 +1,60 @@
 """Offscreen pictures of a scene, by the graphics library that gl_context.py finds.
 
-The library is loaded with the first renderer: training that renders nothing needs none. Keep one renderer, in one
-thread: it fails in another thread, and a process forked after a first picture hangs when it renders.
+The library is loaded with the first renderer: training that renders nothing needs none. Keep one renderer for many
+pictures.
 """
 
-import atexit
-import functools
-import os
 import weakref
 from collections.abc import Callable
-from typing import Any
+from functools import partial
 
 import mujoco
 import numpy as np
 import numpy.typing as npt
 
 from tasks.errors import TaskError
-from tasks.graphics.gl_context import missing_graphics_error, open_context
+from tasks.graphics.gl_context import open_context
+from tasks.graphics.render_thread import RenderThread, render_thread
 
 Picture = npt.NDArray[np.uint8]
 
 FREE = "free"
 
 
+class _Drawing:
+    """A graphics context, and what MuJoCo keeps in it; made, used and freed in the render thread."""
+
+    def __init__(self, model: mujoco.MjModel, width: int, height: int, smooth: bool) -> None:
+        def make_context() -> mujoco.MjrContext:
+            quality = model.vis.quality
+            samples = quality.offsamples
+            try:
+                quality.offsamples = samples if smooth else 0
+                return mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
+            finally:
+                quality.offsamples = samples  # the scene's hash covers it
+
+        self._context, self._mjr = open_context(width, height, make_context)
+        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._mjr)
+
+    def draw(self, scene: mujoco.MjvScene, rect: mujoco.MjrRect) -> Picture:
+        self._context.make_current()
+        mujoco.mjr_render(rect, scene, self._mjr)
+        picture = np.empty((rect.height, rect.width, 3), dtype=np.uint8)
+        mujoco.mjr_readPixels(picture, None, rect, self._mjr)
+        return picture[::-1].copy()
+
+    def free(self) -> None:
+        self._context.make_current()
+        self._mjr.free()
+        self._context.free()
+
+
 class OffscreenRenderer:
-    """One graphics context and one scene, kept from picture to picture; for use from one thread."""
+    """One graphics context and one scene, kept from picture to picture; for use from any thread.
+
+    In a forked process, and after close(), the next picture opens another context.
+    """
 
     def __init__(self, model: mujoco.MjModel, width: int, height: int, smooth: bool = True) -> None:
         """Open a context for pictures.
@@ -39,25 +69,15 @@ class OffscreenRenderer:
             TaskError: no working graphics library, or a size beyond the model's offscreen buffer.
         """
         check_picture(model, FREE, width, height)
-        self._model = model
+        self._model, self._smooth = model, smooth
         self._rect = mujoco.MjrRect(0, 0, width, height)
-        self._context: Any = open_context(width, height)
         self._scene = mujoco.MjvScene(model, maxgeom=2000)
         self._options = mujoco.MjvOption()
         self._options.flags[mujoco.mjtVisFlag.mjVIS_RANGEFINDER] = 0
-        quality = model.vis.quality
-        samples = quality.offsamples
-        try:
-            quality.offsamples = samples if smooth else 0
-            self._mjr = mujoco.MjrContext(model, mujoco.mjtFontScale.mjFONTSCALE_100)
-        except mujoco.FatalError as error:  # OpenGL without the functions that MuJoCo needs
-            raise missing_graphics_error(os.environ.get("MUJOCO_GL", "").strip().lower() or "egl", error) from error
-        finally:
-            quality.offsamples = samples  # the scene's hash covers it
-        mujoco.mjr_setBuffer(mujoco.mjtFramebuffer.mjFB_OFFSCREEN, self._mjr)
-        # Registered after the library's own exit handler and so run before it: a context freed later raises.
-        self._at_exit = functools.partial(_close_if_alive, weakref.ref(self))
-        atexit.register(self._at_exit)
+        self._thread: RenderThread | None = None
+        self._drawing: _Drawing | None = None
+        thread = render_thread()
+        thread.call(lambda: self._open(thread))
 
     def render(
         self,
@@ -76,24 +96,35 @@ class OffscreenRenderer:
             uint8 (height, width, 3), first row on top.
         """
         view = camera if isinstance(camera, mujoco.MjvCamera) else _find_view(self._model, camera)
-        self._context.make_current()
-        everything = mujoco.mjtCatBit.mjCAT_ALL
-        mujoco.mjv_updateScene(self._model, data, self._options, None, view, everything, self._scene)
-        if decorate is not None:
-            decorate(self._scene)
-        mujoco.mjr_render(self._rect, self._scene, self._mjr)
-        picture = np.empty((self._rect.height, self._rect.width, 3), dtype=np.uint8)
-        mujoco.mjr_readPixels(picture, None, self._rect, self._mjr)
-        return picture[::-1].copy()
+        thread = render_thread()
+
+        def draw() -> Picture:
+            everything = mujoco.mjtCatBit.mjCAT_ALL
+            mujoco.mjv_updateScene(self._model, data, self._options, None, view, everything, self._scene)
+            if decorate is not None:
+                decorate(self._scene)
+            return self._open(thread).draw(self._scene, self._rect)
+
+        return thread.call(draw)
+
+    def _open(self, thread: RenderThread) -> _Drawing:
+        if self._drawing is None or self._thread is not thread:
+            self._thread = thread
+            self._drawing = _Drawing(self._model, self._rect.width, self._rect.height, self._smooth)
+            thread.kept.append(self._drawing)
+            self._free = weakref.finalize(self, thread.post, partial(_free, thread, self._drawing))
+            self._free.atexit = False
+        return self._drawing
 
     def close(self) -> None:
         """Free the context; may be called again."""
-        if self._context is not None:
-            self._context.make_current()
-            self._mjr.free()
-            self._context.free()
-            self._context = None
-            atexit.unregister(self._at_exit)
+        self._free()
+        self._drawing = None
+
+
+def _free(thread: RenderThread, drawing: _Drawing) -> None:
+    thread.kept.remove(drawing)
+    drawing.free()
 
 
 def check_picture(model: mujoco.MjModel, camera: str | int, width: int, height: int) -> None:
@@ -116,9 +147,3 @@ def _find_view(model: mujoco.MjModel, camera: str | int) -> mujoco.MjvCamera:
     else:
         raise TaskError(f"there is no camera {camera!r}; there are {', '.join([*names, FREE])}")
     return view
-
-
-def _close_if_alive(reference: "weakref.ref[OffscreenRenderer]") -> None:
-    renderer = reference()
-    if renderer is not None:
-        renderer.close()

@@ -2,6 +2,7 @@
 
 import reprlib
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import gymnasium
@@ -14,7 +15,7 @@ from tasks.generator_state import generator_state, restored_generator
 from tasks.graphics.rendering import OffscreenRenderer, check_picture
 from tasks.gymnasium_api.flat_observation import SCANS, Float32Array, ScanStack
 from tasks.navigation import GOAL_BOUND, VELOCITY_BOUNDS, Navigation, NavigationConfig
-from tasks.options import Range, check_value
+from tasks.options import Range, argument, check_options
 from tasks.physics import FloatArray, Pose
 from tasks.registry import ALL_TASKS, load
 from tasks.rewards import Outcome, Reward, dense_part
@@ -23,12 +24,28 @@ from tasks.room_geometry.obstacles import Obstacles
 RENDER_MODES = Range(lambda mode: mode == "rgb_array", "rgb_array or None")
 
 
+@dataclass
+class EnvironmentOptions:
+    """Arguments of NavigationEnv beside the task's."""
+
+    num_scans: int = argument("Scans stacked in the observation.", values=SCANS)
+    render_mode: str | None = argument("None or rgb_array.", values=RENDER_MODES)
+    camera: str = argument("Of the scene, or free for the whole of it.")
+    width: int = argument("Of a rendered picture, px.")
+    height: int = argument("Of a rendered picture, px.")
+
+
 class NavigationEnv(gymnasium.Env[Any, Any]):
     """A task behind Gymnasium's API; an action is v in m/s and ω in rad/s.
 
     `info` holds, after reset() too, `pose` (x, y, yaw; m, rad), `distance` to the goal (m), `pushed` (movable things
     touched in the step), `reward_terms` by name, `dense_reward` (the part that γ_p scales), `start` (x, y, yaw) and
     `goal` (x, y), with which `reset` begins the same episode again, `outcome` (`running` until the end), `is_success`.
+
+    Attributes:
+        physics: the scene's Physics, for reading.
+        task: the dm_control task, for reading.
+        obstacles: of the room.
     """
 
     metadata = {  # noqa: RUF012
@@ -62,30 +79,24 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         Raises:
             TaskError: an argument is out of range.
         """
-        num_scans = check_value("num_scans", num_scans, int, SCANS)
-        width, height = (check_value(name, side, int) for name, side in (("width", width), ("height", height)))
-        check_value("camera", camera, str | int)
-        check_value("render_mode", render_mode, str | None, RENDER_MODES)
+        options = EnvironmentOptions(num_scans, render_mode, camera, width, height)
+        check_options(options)
         self._task_name = task
         self._env = load(task, random=0, reward=reward, config=config)
-        self._physics = self._env.physics
-        self._task = self._env.task
-        self._stack = ScanStack(num_scans, self._physics.num_beams)
+        self.physics: Any = self._env.physics
+        self.task: Navigation = self._env.task
+        self.obstacles: Obstacles = self.task.rule.obstacles
+        self._stack = ScanStack(options.num_scans, self.physics.num_beams)
         self.render_mode = render_mode
-        check_picture(self._physics.model.ptr, camera, width, height)
-        self._picture = (camera, width, height)
+        self._picture = (options.camera, options.width, options.height)
+        check_picture(self.physics.model.ptr, *self._picture)
         self._renderer: OffscreenRenderer | None = None
         self._begun = False
-        limits = self._task.action_spec(self._physics)
-        self.action_space = spaces.Box(
-            limits.minimum.astype(np.float32), limits.maximum.astype(np.float32), dtype=np.float32
-        )
-        self.observation_space = self._observation_space()
-
-    def _observation_space(self) -> spaces.Box:
+        limits = self.task.action_spec(self.physics)
+        self.action_space = spaces.Box(limits.minimum.astype(np.float32), limits.maximum.astype(np.float32))
         scans = np.full(self.scan_shape[0] * self.scan_shape[1], 0.5)
         high = np.concatenate([scans, VELOCITY_BOUNDS, [GOAL_BOUND, GOAL_BOUND]]).astype(np.float32)
-        return spaces.Box(-high, high, dtype=np.float32)
+        self.observation_space = spaces.Box(-high, high)
 
     @property
     def scan_shape(self) -> tuple[int, int]:
@@ -93,21 +104,9 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         return self._stack.num_scans, self._stack.num_beams
 
     @property
-    def obstacles(self) -> Obstacles:
-        """Obstacles of the room."""
-        obstacles: Obstacles = self._task.obstacles(self._physics)
-        return obstacles
-
-    @property
-    def physics(self) -> Any:
-        """The scene's Physics, for reading."""
-        return self._physics
-
-    @property
-    def task(self) -> Navigation:
-        """The task, for reading."""
-        task: Navigation = self._task
-        return task
+    def scan_latency(self) -> float:
+        """Seconds from a scan to the end of the step that returns it."""
+        return float(self.task.laser.latency)
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -122,9 +121,9 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         if options:
             self._set_next_pair(options)
         super().reset(seed=seed)
-        self._task.rng = self.np_random
+        self.task.rng = self.np_random
         if seed is not None or not self._begun:
-            self._task.laser.rng = self.np_random.spawn(1)[0]
+            self.task.laser.rng = self.np_random.spawn(1)[0]
         time_step = self._env.reset()
         self._begun = True
         return self._stack.reset(time_step.observation), self._info()
@@ -135,11 +134,11 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
             raise TaskError(f"reset options are {valid}, not {reprlib.repr(options)}")
         x, y = _to_numbers("the goal", options["goal"], 2)
         start = Pose(*_to_numbers("the start", options.get("start", (0.0, 0.0, 0.0)), 3))
-        self._task.set_next_pair(self._physics, start, (x, y))
+        self.task.set_next_pair(self.physics, start, (x, y))
 
     def step(self, action: FloatArray) -> tuple[Float32Array, float, bool, bool, dict[str, Any]]:
         """Drive for one control step; `action` is (v, ω) in m/s and rad/s, cut at the bounds of the task."""
-        if not self._begun or self._task.outcome is not Outcome.RUNNING:
+        if not self._begun or self.task.outcome is not Outcome.RUNNING:
             raise gymnasium.error.ResetNeeded("no episode is in progress: call reset() before step()")
         if np.shape(action) != (2,):
             raise TaskError(f"an action is two numbers, for v and for ω, not of shape {np.shape(action)}")
@@ -155,8 +154,8 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         """
         return {
             "task_name": self._task_name,
-            "physics": self._physics.state(),
-            "task": self._task.state(),
+            "physics": self.physics.full_state(),
+            "task": self.task.state(),
             "observation": self._stack.state(),
             "rng": generator_state(self.np_random),
             "seed": self.np_random_seed,
@@ -178,9 +177,9 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         if state["task_name"] != self._task_name:
             raise TaskError(f"the state is of {state['task_name']}, and the environment of {self._task_name}")
         self._stack.load_state(state["observation"])
-        self._physics.load_state(state["physics"])
-        self._task.load_state(state["task"], self._physics)
-        self.np_random = self._task.rng = restored_generator(state["rng"])
+        self.physics.load_full_state(state["physics"])
+        self.task.load_state(state["task"], self.physics)
+        self.np_random = self.task.rng = restored_generator(state["rng"])
         self._np_random_seed = state["seed"]
         self._begun = state["begun"]
         self._env._reset_next_step, self._env._step_count = state["over"], state["count"]
@@ -202,19 +201,19 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         Raises:
             TaskError: no episode is in progress, or the goal lies outside the room or in an obstacle.
         """
-        if not self._begun or self._task.outcome is not Outcome.RUNNING:
+        if not self._begun or self.task.outcome is not Outcome.RUNNING:
             raise TaskError("no episode is in progress whose goal could be moved")
         x, y = _to_numbers("the goal", (x, y), 2)
-        self._task.move_goal(self._physics, (x, y))
-        return self._stack.replace_goal(self._task.readings.goal_in_robot_frame)
+        self.task.move_goal(self.physics, (x, y))
+        return self._stack.replace_goal(self.task.readings.goal_in_robot_frame)
 
     def _info(self) -> dict[str, Any]:
-        task = self._task
+        task = self.task
         terms = task.reward_terms
         return {
             "pose": task.readings.pose,
             "distance": task.readings.goal_distance,
-            "pushed": self._physics.num_pushed(),
+            "pushed": self.physics.num_pushed(),
             "reward_terms": terms,
             "dense_reward": dense_part(terms),
             "start": task.start,
@@ -229,8 +228,8 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
             return None
         camera, width, height = self._picture
         if self._renderer is None:
-            self._renderer = OffscreenRenderer(self._physics.model.ptr, width, height)
-        return self._renderer.render(self._physics.data.ptr, camera)
+            self._renderer = OffscreenRenderer(self.physics.model.ptr, width, height)
+        return self._renderer.render(self.physics.data.ptr, camera)
 
     def close(self) -> None:
         """Free the renderer; may be called again."""
@@ -262,10 +261,8 @@ def register() -> None:
 def _to_numbers(name: str, values: Any, count: int) -> list[float]:
     try:
         array = np.asarray(values)
-        is_right = array.shape == (count,) and array.dtype.kind in "iuf" and bool(np.isfinite(array).all())
-    except (TypeError, ValueError):
-        is_right = False
-    if not is_right:
+    except ValueError:  # nested lists
+        array = np.empty(0)
+    if array.shape != (count,) or array.dtype.kind not in "iuf" or not np.isfinite(array).all():
         raise TaskError(f"{name} must be {count} finite numbers, not {reprlib.repr(values)}")
-    numbers: list[float] = array.astype(np.float64).tolist()
-    return numbers
+    return [float(number) for number in array]

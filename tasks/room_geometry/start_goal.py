@@ -27,6 +27,8 @@ _MAX_DRAWS = 10_000
 class PairRule(Protocol):
     """Draws starts and goals in one room."""
 
+    obstacles: Obstacles
+
     def draw(self, rng: np.random.Generator, held_out: FloatArray) -> tuple[Pose, tuple[float, float]]:
         """Draw a start and a goal.
 
@@ -48,7 +50,7 @@ class OriginRule:
 
     def __init__(self, model: mujoco.MjModel) -> None:
         """Prepare a room; TaskError where it leaves no free place for a goal."""
-        self._obstacles = Obstacles.from_model(model)
+        self.obstacles = Obstacles.from_model(model)
         self.draw(np.random.default_rng(0), np.zeros((0, 2)))
 
     def draw(self, rng: np.random.Generator, held_out: FloatArray) -> tuple[Pose, tuple[float, float]]:
@@ -59,7 +61,7 @@ class OriginRule:
             in_centre = bool(np.all(np.abs(goal) < CENTRE_HALF_SIZE))
             if in_centre or _is_held_out(goal, held_out):
                 continue
-            if self._obstacles.clearance(goal) >= OBSTACLE_MARGIN:
+            if self.obstacles.clearance(goal) >= OBSTACLE_MARGIN:
                 x, y = goal.tolist()
                 return Pose(0.0, 0.0, 0.0), (x, y)
         raise TaskError(f"{_MAX_DRAWS} draws found no goal: the room leaves no free place for one by the paper's rule")
@@ -88,7 +90,8 @@ class FreeSpaceRule:
             raise TaskError(f"min_path must be 0 or more and less than max_path, not {min_path} and {max_path}")
         home_x, home_y = model.qpos0[model.joint("base").qposadr[0] :][:2].tolist()
         radius = Footprint.from_model(model).radius + MARGIN
-        self.free = free_space(Obstacles.from_model(model), radius, (home_x, home_y))
+        self.obstacles = Obstacles.from_model(model)
+        self.free = free_space(self.obstacles, radius, (home_x, home_y))
         self._first, self._last = self.free.goal_ranges(min_path, max_path)
         self._starts = np.flatnonzero(self._last > self._first)
         if not len(self._starts):

@@ -16,7 +16,9 @@ from tasks.laser import set_beams
 from tasks.physics import Physics
 from tasks.scene.checks import find_invalid_number, find_missing_elements
 
-MODELS = Path(__file__).resolve().parents[2] / "models" / "mjcf"
+# An installed wheel holds models/ inside the package tasks, a checkout beside it.
+_INSTALLED, _CHECKOUT = (folder / "models" for folder in Path(__file__).resolve().parents[1:3])
+MODELS = (_INSTALLED if _INSTALLED.is_dir() else _CHECKOUT) / "mjcf"
 TASK_CAMERAS = ("chase", "top", "onboard")  # every registered task has them
 
 

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 import yaml
 
-from asddpg import evaluate, train
+from asddpg import evaluate, play, train
 from asddpg.episodes.protocols import Action, Observation
 from asddpg.errors import UserError
 from asddpg.observers.metrics_log import read_rows
+from asddpg.recording.files.reading import open_recording
 from asddpg.runs import weights_file
 from tasks import ALL_TASKS
 from tasks.errors import TaskError
@@ -96,6 +97,46 @@ def test_evaluating_a_run(finished_run: Path, driver: str, capsys: pytest.Captur
     rates = [found[f"{name}_rate"]["value"] for name in ("success", "collision", "timeout")]
     assert sum(rates) == pytest.approx(1.0)
     assert found["driver"] == driver
+
+
+def test_results_and_recordings_go_where_out_says(
+    finished_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    before = sorted(finished_run.rglob("*"))
+    monkeypatch.chdir(tmp_path)
+    for run in (finished_run, "pretrained:nav_simple"):
+        out = Path("mine") / Path(run).name
+        evaluate.main([f"run={run}", "episodes=1", "record.every=1", f"out={out}"])
+        play.main([f"run={run}", "episodes=1", f"out={out}"])
+        assert {path.name for path in out.iterdir()} == {"evaluation.json", "evaluated_episodes", "played_episodes"}
+    assert [path.name for path in tmp_path.iterdir()] == ["mine"]
+    assert sorted(finished_run.rglob("*")) == before
+
+
+def test_a_run_of_another_owner_names_the_option_that_helps(
+    finished_run: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("asddpg.policy_setup.os.access", lambda *_: False)
+    for program in (evaluate, play):
+        with pytest.raises(UserError, match=f"{finished_run} cannot be written; out=<folder> puts"):
+            program.main([f"run={finished_run}", "episodes=1"])
+
+
+@pytest.mark.parametrize("driver", ["actor", "switch"])
+def test_a_recorded_driver_s_values_are_those_of_the_switch_and_change_no_result(
+    driver: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    results, steps = [], []
+    for record in ("record.every=1", "record.every=0"):
+        evaluate.main(["run=pretrained:nav_simple", f"driver={driver}", "episodes=2", record])
+        results.append({**json.loads(Path("evaluation.json").read_text()), "recordings": ""})
+    assert results[0] == results[1]
+    for path in Path("evaluated_episodes").iterdir():
+        steps += open_recording(path).steps()
+    assert all(step["q_policy"] != step["q_controller"] and "value" in step for step in steps)
+    if driver == "switch":
+        assert all((step["q_controller"] > step["q_policy"]) == (step["driver"] == "controller") for step in steps)
 
 
 def test_fresh_pairs_are_drawn_by_seed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

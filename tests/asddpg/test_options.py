@@ -29,7 +29,7 @@ READERS = {TrainConfig: train_config, EvaluateConfig: evaluate_config, PlayConfi
 def help_of(program: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> str:
     """What a user sees."""
     monkeypatch.setattr(sys, "argv", [program, "--help"])
-    monkeypatch.setattr("asddpg.program._end_on_sigterm", lambda: None)
+    monkeypatch.setattr("asddpg.program._end_on_signals", lambda: None)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # of a module that is run after it was imported
         runpy.run_module(program, run_name="__main__")
@@ -115,7 +115,7 @@ def test_the_robots_limits_are_taken_by_both() -> None:
 
 
 def test_the_agent_is_imported_without_mujoco() -> None:
-    code = "import asddpg.algorithm.agent, sys; print({'mujoco', 'tasks', 'hydra'} & set(sys.modules))"
+    code = "import asddpg.algorithm.agent, sys; print({'mujoco', 'tasks'} & set(sys.modules))"
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout == "set()\n"
 

@@ -69,7 +69,7 @@ def main(folder: Path) -> None:
         own.mkdir()
         os.chdir(own)
         evaluate.main([*arguments, "episodes=2", "record.every=1"])
-    train.main(["task=nav_simple", *TINY, "record.every=3", f"run_dir={folder / 'run'}"])
+    train.main(["task=nav_simple", *TINY, "record.every=3", "task.laser.latency=0.25", f"run_dir={folder / 'run'}"])
     recover(make_part(folder / "killed"))
 
 

@@ -146,7 +146,8 @@ function checkEpisode(messages) {
   check(countOf(messages, "/cmd_vel") === steps, "/cmd_vel has not one message a step");
   for (const topic of ["/tf", "/scan", "/odom"]) {
     const count = countOf(messages, topic);
-    check(count === steps + 1, `${topic} has ${count} messages; ${steps} steps need ${steps + 1}`);
+    const holds = topic === "/tf" ? count > steps : count === steps + 1; // with latency also at the scan's instant
+    check(holds, `${topic} has ${count} messages; ${steps} steps need ${steps + 1}`);
   }
   check(messages.get("/step").every((step, index) => step.content.step === index), "the steps do not count from 0");
 }

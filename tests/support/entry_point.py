@@ -49,12 +49,13 @@ def made_in(folder: Path) -> list[str]:
 
 @contextlib.contextmanager
 def _typed(arguments: Sequence[str], err: io.StringIO) -> Iterator[None]:
-    """The arguments of a command line, in a shell's place; a program's handler of SIGTERM does not outlive it."""
-    argv, handler = sys.argv, signal.getsignal(signal.SIGTERM)
+    """The arguments of a command line, in a shell's place; a program's handlers of signals do not outlive it."""
+    argv, handlers = sys.argv, {number: signal.getsignal(number) for number in (signal.SIGTERM, signal.SIGHUP)}
     sys.argv = ["program", *arguments]
     try:
         with contextlib.redirect_stderr(err):
             yield
     finally:
         sys.argv = argv
-        signal.signal(signal.SIGTERM, handler)
+        for number, handler in handlers.items():
+            signal.signal(number, handler)

@@ -16,7 +16,7 @@ MISFITS: dict[Any, Sequence[str]] = {
     int: ("abc", "1.5", "1e3", "true", "null", "[1]", "{a:1}", "1 2", "0x10", "'1'", "☃", "٣", "nan", "--1", "1;2"),
     float: ("abc", "true", "null", "[0.5]", "{a:1}", "1 2", "½", "'0.5'", "0,5", "1e", "⅓"),
     bool: ("maybe", "2", "0.5", "null", "[true]", "{a:true}", "wahr", "-1"),
-    str: ("null", "[a]", "{a:b}", "[[a],b]"),
+    str: ("a\nb", "\x1b[31ma", "a\tb", "\x7f"),
     list[int]: ("abc", "null", "[a,b]", "[1.5,2]", "[[1],2]", "[1,null]", "{a:1}", "[1,", "1,,2", "[true,2]"),
     list[float]: ("abc", "null", "[a,b]", "[[1],2]", "[1,null]", "{a:1}", "[1.0,", "[nan,x]"),
     list[str]: ("null", "[[a]]", "[{a:b}]", "{a:b}", "[a,", "[null]"),
@@ -25,7 +25,7 @@ MISFITS: dict[Any, Sequence[str]] = {
 SYNTAX = ("+{}", "++{}", "~{}", "-{}", "--{}", "{}@x", "{}@a:b", "{}/x", "{}.x", "hydra.{}", " {}", "{} ", "{}[0]")
 REFERENCES = (
     *("${seed}", "${oc.env:HOME}", "${oc.env:HOME,/tmp}", "${now:%Y}", "${hydra:runtime.cwd}", "${oc.decode:1}"),
-    *("a${agent.name}", "'${oc.env:HOME}'", "[${seed},1]", "${", "${${seed}}", "???", "${oc.create:{a:1}}"),
+    *("a${agent.name}", "'${oc.env:HOME}'", "[${seed},1]", "${", "${${seed}}", "${oc.create:{a:1}}"),
 )
 BROKEN = (
     *("", " ", "=", "==", "=3", "seed", "task", "seed==1", "seed=[1", "seed={", "seed=(1", "seed='1", 'seed="'),

@@ -14,7 +14,9 @@ from gymnasium.envs.registration import EnvSpec
 from gymnasium.vector import AutoresetMode
 
 import tasks
-from tasks.gymnasium_api.navigation_env import NavigationEnv
+from asddpg.episodes.drivers import FixedDriver
+from asddpg.episodes.loop import run_episode
+from asddpg.episodes.protocols import Decision, Driver
 from tests.conftest import ROOT
 
 ID = "asddpg/NavComplex-v0"
@@ -28,10 +30,10 @@ NOT_PLAIN: dict[str, Any] = {
 }
 
 
-def drive(environment: Any, steps: int = 12) -> list[Any]:
-    """A turn on the spot; the results up to the end of the episode."""
+def drive(environment: Any) -> list[Any]:
+    """A turn on the spot; the results up to the end of the episode, 12 steps at most."""
     results = [environment.reset(seed=1)]
-    while len(results) <= steps and not any(results[-1][2:4]):
+    while len(results) <= 12 and not any(results[-1][2:4]):
         results.append(environment.step(np.array([0.0, 0.5], dtype=np.float32)))
     return results
 
@@ -44,14 +46,12 @@ def drive(environment: Any, steps: int = 12) -> list[Any]:
     ],
 )  # fmt: skip
 def test_every_option_of_make_acts_and_goes_through_a_specs_json(options: dict[str, Any], steps: int) -> None:
-    environment = gymnasium.make(ID, **options)
+    environment: Any = gymnasium.make(ID, **options)
     results = drive(environment)
     assert len(results) - 1 == steps
     assert results[-1][3] == (steps < 12)
-    assert environment.spec is not None
-    text = environment.spec.to_json()
-    again = gymnasium.make(EnvSpec.from_json(text))
-    assert (again.spec and again.spec.to_json(), str(again)) == (text, str(environment))
+    again: Any = gymnasium.make(EnvSpec.from_json(environment.spec.to_json()))
+    assert (again.spec.to_json(), str(again)) == (environment.spec.to_json(), str(environment))
     np.testing.assert_equal(drive(again), results)
 
 
@@ -62,10 +62,8 @@ def test_every_option_of_make_acts_and_goes_through_a_specs_json(options: dict[s
         wrappers.NormalizeObservation, wrappers.NormalizeReward, wrappers.RenderCollection, wrappers.FlattenObservation,
         wrappers.AddRenderObservation,
         lambda env: wrappers.RescaleAction(env, np.float32(-1.0), np.float32(1.0)),
-        lambda env: wrappers.FrameStackObservation(env, 4),
-        lambda env: wrappers.MaxAndSkipObservation(env, 2),
-        lambda env: wrappers.DelayObservation(env, 2),
-        lambda env: wrappers.StickyAction(env, 0.3),
+        lambda env: wrappers.FrameStackObservation(env, 4), lambda env: wrappers.MaxAndSkipObservation(env, 2),
+        lambda env: wrappers.DelayObservation(env, 2), lambda env: wrappers.StickyAction(env, 0.3),
         lambda env: wrappers.RescaleObservation(env, np.float32(-1.0), np.float32(1.0)),
     ],
 )  # fmt: skip
@@ -79,67 +77,70 @@ def test_gymnasiums_wrappers_fit_around_a_made_environment(wrap: Callable[[Any],
     environment.close()
 
 
-def test_a_made_environment_is_the_environment_itself() -> None:
-    environment = gymnasium.make(ID)
-    assert isinstance(environment, NavigationEnv)
-    assert environment.unwrapped is environment
-
-
-@pytest.mark.parametrize("mode", AutoresetMode)
+@pytest.mark.parametrize("mode", [AutoresetMode.NEXT_STEP, AutoresetMode.SAME_STEP])
 @pytest.mark.parametrize("vectorization", ["sync", "async"])
 def test_a_vector_ends_and_resets_its_episodes(vectorization: str, mode: AutoresetMode) -> None:
-    vector = gymnasium.make_vec(
-        ID, num_envs=2, vectorization_mode=vectorization, vector_kwargs={"autoreset_mode": mode}, **LIMITED
-    )
-    try:
-        observations, _ = vector.reset(seed=0)
-        assert observations.shape == (2, 124)
-        ends = []
-        for _ in range(12):
-            observations, _, _, truncated, _ = vector.step(np.array([[0.0, 0.5]] * 2, dtype=np.float32))
-            ends.append(bool(truncated.all()))
-            if ends[-1] and mode is AutoresetMode.DISABLED:
-                vector.reset(options={"reset_mask": truncated})
-        assert ends[4]
-        assert ends.count(True) == 2
-        assert not np.array_equal(observations[0], observations[1])
-    finally:
-        vector.close()
-
-
-ALONE = """
-import gymnasium
-if __name__ == "__main__":
-    vector = gymnasium.make_vec("tasks:{id}", 1, "async", {{"context": "spawn"}})
-    vector.reset()
+    vector = gymnasium.make_vec(ID, 2, vectorization, {"autoreset_mode": mode}, **LIMITED)
+    vector.reset(seed=0)
+    results = [vector.step(np.array([[0.0, 0.5]] * 2, dtype=np.float32)) for _ in range(12)]
     vector.close()
-    print(gymnasium.make("tasks:{id}"), *(each for each in gymnasium.registry if each.startswith("asddpg/")))
-"""
+    assert [bool(each[3].all()) for each in results[:5]] == [False] * 4 + [True]
+    assert sum(bool(each[3].any()) for each in results) == 2
+    assert not np.array_equal(*results[-1][0])
 
 
 def test_an_id_with_its_module_is_found_in_a_process_that_imported_nothing(tmp_path: Path) -> None:
     """Gymnasium 1 reads no entry points: the module in front of the id is its own way."""
-    (tmp_path / "program.py").write_text(ALONE.format(id=ID))
-    done = subprocess.run(
-        [sys.executable, "-W", "error", "program.py"],
-        cwd=tmp_path, env={"PYTHONPATH": str(ROOT)}, capture_output=True, text=True, check=False,
-    )  # fmt: skip
-    assert done.returncode == 0, done.stderr
-    ids = [tasks.gymnasium_id(name) for name in tasks.ALL_TASKS]
-    assert done.stdout.split() == [f"<NavigationEnv<{ID}>>", *ids]
+    program = f"import gymnasium; gymnasium.make('tasks:{ID}'); print(*gymnasium.registry)"
+    ids = subprocess.check_output(
+        [sys.executable, "-c", program], cwd=tmp_path, env={"PYTHONPATH": str(ROOT)}, text=True
+    )
+    assert {tasks.gymnasium_id(name) for name in tasks.ALL_TASKS} <= set(ids.split())
 
 
 @pytest.mark.parametrize(("goal", "is_success"), [((1.0, 0.0), True), ((-3.0, -3.0), False)])
 def test_info_has_the_same_keys_and_types_at_reset_and_at_each_step(
     goal: tuple[float, float], is_success: bool
 ) -> None:
-    def types(info: Any) -> Any:
-        return {key: types(value) for key, value in info.items()} if isinstance(info, dict) else type(info)
-
     environment = gymnasium.make("asddpg/NavEmpty-v0")
     infos = [environment.reset(options={"goal": goal})[1]]
     while infos[-1]["outcome"] == "running":
         infos.append(environment.step(np.array([0.5, 0.0]))[4])
-    assert all(types(info) == types(infos[0]) for info in infos)
+    types = [{key: type(value) for key, value in (info | info["reward_terms"]).items()} for info in infos]
+    assert all(each == types[0] for each in types)
     assert [info["is_success"] for info in infos] == [False] * (len(infos) - 1) + [is_success]
     assert all((info["start"], info["goal"]) == ((0.0, 0.0, 0.0), goal) for info in infos)
+
+
+def test_an_episode_that_gymnasiums_limit_ends_is_a_timeout() -> None:
+    still = FixedDriver(lambda _: Decision(np.zeros(2, dtype=np.float32), Driver.CONTROLLER))
+    episode = run_episode(gymnasium.make(ID, **LIMITED), still)
+    assert (episode.steps, episode.outcome) == (5, "timeout")
+
+
+# Stable-Baselines3 ------------------------------------------------------------------------------------
+
+
+@pytest.mark.long
+@pytest.mark.parametrize("algorithm", ["DDPG", "TD3", "SAC", "PPO"])
+def test_stable_baselines_learns_in_processes_that_import_nothing_of_ours(algorithm: str) -> None:
+    library = pytest.importorskip("stable_baselines3")
+    from stable_baselines3.common import env_util, vec_env
+
+    method = {"start_method": "forkserver" if algorithm == "PPO" else "spawn"}
+    vector = env_util.make_vec_env(f"tasks:{ID}", 2, seed=0, vec_env_cls=vec_env.SubprocVecEnv, vec_env_kwargs=method)
+    stacked = vec_env.VecNormalize(vec_env.VecFrameStack(vector, 2))
+    model = getattr(library, algorithm)("MlpPolicy", stacked, device="cpu", seed=0).learn(3000)
+    vector.close()
+    assert model.ep_info_buffer
+    assert all(episode["l"] <= 200 for episode in model.ep_info_buffer)
+    assert set(map(type, model.ep_success_buffer)) == {bool}
+
+
+@pytest.mark.long
+def test_stable_baselines_checker_finds_no_fault() -> None:
+    check_env = pytest.importorskip("stable_baselines3.common.env_checker").check_env
+    environment = gymnasium.make(ID)
+    with pytest.warns(UserWarning, match="symmetric and normalized"):  # it recommends [−1, 1] …
+        check_env(environment)
+    check_env(wrappers.RescaleAction(environment, np.float32(-1.0), np.float32(1.0)))  # … which this wrapper gives

@@ -157,7 +157,7 @@ def test_a_copied_physics_has_the_readings_and_next_steps_of_the_first() -> None
         each.step(40)
     for reading, other in zip(readings, copies, strict=False):
         np.testing.assert_equal(reading, readings[0])
-        np.testing.assert_equal(other.state(), physics.state())
+        np.testing.assert_equal(other.full_state(), physics.full_state())
 
 
 def test_a_motion_set_within_a_reset_feels_the_wheels_from_its_first_step() -> None:

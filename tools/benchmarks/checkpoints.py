@@ -18,9 +18,9 @@ from asddpg.runs.training_states import TrainingStates
 ROUNDS, STEPS = 5, 400
 
 
+@prepare_torch()
 def checkpoint() -> None:
     """Print the share, with a full replay buffer and logs as long as it, and the disk space."""
-    prepare_torch()
     config = train_config(["task=nav_complex"])
     environment = make_environment(config.task, config.reward)
     agent = make_agent(config, environment)

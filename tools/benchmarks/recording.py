@@ -24,9 +24,9 @@ MAX_CPU = 120  # µs a step
 MAX_EPISODE_KB, MAX_STEP_BYTES = 18, 450
 
 
+@prepare_torch()
 def recording() -> None:
     """Print CPU a step with a recorder beyond that without, and the size of recordings, each with its bar."""
-    prepare_torch()
     trained = open_trained(f"pretrained:{TASK}")
     environment = make_environment(trained.config.task, trained.config.reward)
     agent = make_agent(trained.config, environment)

@@ -1,10 +1,12 @@
 """Pictures that the tools write: their size, their file, and the renderer for them."""
 
+import io
 import re
 from pathlib import Path
 
 from PIL import Image
 
+from asddpg.atomic_write import write_whole
 from asddpg.errors import UserError
 from tasks.graphics.headless import mujoco
 from tasks.graphics.rendering import OffscreenRenderer
@@ -37,7 +39,9 @@ def open_renderer(model: mujoco.MjModel, width: int, height: int) -> OffscreenRe
 def write(image: Image.Image, file: Path) -> None:
     """Write a picture and say where; UserError where that fails."""
     try:
-        image.save(file)
+        content = io.BytesIO()
+        image.save(content, Image.registered_extensions()[file.suffix.lower()])
+        write_whole(file, content.getbuffer())
     except OSError as error:
         raise UserError(f"the picture {file} cannot be written: {error}") from error
     print(f"written to {file}")

@@ -1,5 +1,6 @@
 """Style of all plots: Okabe and Ito's colours, which colour-blind readers can distinguish, with a marker each."""
 
+import io
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,6 +12,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colors import LinearSegmentedColormap
 from matplotlib.figure import Figure
 
+from asddpg.atomic_write import write_whole
 from tasks.physics import FloatArray
 
 DPI = 120
@@ -74,4 +76,6 @@ class Sheet:
 
     def save(self, path: Path) -> None:
         """Write a PNG that does not depend on versions or the clock."""
-        self.figure.savefig(path, dpi=DPI, metadata={"Software": None}, pil_kwargs={"optimize": True})
+        content = io.BytesIO()
+        self.figure.savefig(content, dpi=DPI, metadata={"Software": None}, pil_kwargs={"optimize": True})
+        write_whole(path, content.getbuffer())

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from typing import TypeVar
 
+from asddpg.atomic_write import write_whole
 from asddpg.errors import UserError
 from tools.experiments.run_csv import write_csv
 from tools.experiments.run_store import Results, RunStore
@@ -61,7 +62,7 @@ def _write_tables(groups: Mapping[str, Group], store: RunStore, draw: Callable[[
     text = "\n\n".join(part for part in parts if part)
     store.folder.mkdir(parents=True, exist_ok=True)
     table, runs = store.folder / "table.md", store.folder / "table.csv"
-    table.write_text(text + "\n", encoding="utf-8")
+    write_whole(table, f"{text}\n".encode())
     write_csv(runs, groups, results)
     print(f"{text}\n\nwritten to {table} and {runs}")
 

@@ -4,11 +4,13 @@ So a table is drawn, and a new group measured against the others, without traini
 """
 
 import csv
+import io
 import math
 import shlex
 from collections.abc import Mapping
 from pathlib import Path
 
+from asddpg.atomic_write import write_whole
 from asddpg.errors import UserError
 from tools.experiments.run_metrics import METRICS
 from tools.experiments.run_store import FinishedRun, Results
@@ -21,16 +23,17 @@ COLUMNS = ("group", "seed", *METRICS, *PROVENANCE, "folder", "arguments", "diges
 
 def write_csv(path: Path, groups: Mapping[str, Group], results: Results) -> None:
     """A row a run and group; a cell is empty where there was nothing to measure."""
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(COLUMNS)
-        for name, group in groups.items():
-            for seed, found in results[name].items():
-                run = group.run(seed)
-                provenance = [found.provenance.get(key, "") for key in PROVENANCE]
-                metrics = [found.metrics[key] for key in METRICS]
-                arguments = shlex.join(run.arguments)
-                writer.writerow([name, seed, *metrics, *provenance, found.folder, arguments, run.digest])
+    file = io.StringIO(newline="")
+    writer = csv.writer(file)
+    writer.writerow(COLUMNS)
+    for name, group in groups.items():
+        for seed, found in results[name].items():
+            run = group.run(seed)
+            provenance = [found.provenance.get(key, "") for key in PROVENANCE]
+            metrics = [found.metrics[key] for key in METRICS]
+            arguments = shlex.join(run.arguments)
+            writer.writerow([name, seed, *metrics, *provenance, found.folder, arguments, run.digest])
+    write_whole(path, file.getvalue().encode())
 
 
 def read_csv(path: Path) -> dict[str, FinishedRun]:

@@ -12,6 +12,7 @@ from typing import Any
 
 from asddpg.command_line import train_config
 from asddpg.config import TrainConfig
+from asddpg.options.parsing import flatten
 from tasks.scene.loading import load_model, model_hash, scene_path
 
 # Validations in every run, however long it is, so that figures over the last five of them mean the same.
@@ -89,14 +90,6 @@ def differences(options: Mapping[str, Any]) -> dict[str, Any]:
         for name, value in flatten(options).items()
         if name.partition(".")[0] not in WITHOUT_EFFECT and (name not in defaults or value != defaults[name])
     }
-
-
-def flatten(options: Mapping[str, Any], prefix: str = "") -> dict[str, Any]:
-    """Every option by its full name."""
-    flat: dict[str, Any] = {}
-    for name, value in options.items():
-        flat |= flatten(value, f"{prefix}{name}.") if isinstance(value, Mapping) else {f"{prefix}{name}": value}
-    return flat
 
 
 @functools.cache

@@ -1,7 +1,6 @@
 """Runs a recorded episode again: its actions give its physical states to the last bit."""
 
 import functools
-import sys
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
@@ -12,10 +11,11 @@ from asddpg.build import make_environment, navigation_env
 from asddpg.config import TrainConfig
 from asddpg.episodes.protocols import Action
 from asddpg.errors import UserError
+from asddpg.messages import ERR, say
 from asddpg.recording.files.reading import Recording
 from asddpg.recording.messages.path_message import DRIVER_COLOURS
 from asddpg.recording.pictures.caption import OUTCOME_COLOURS, Colour
-from asddpg.recording.samples import NANOSECONDS
+from asddpg.recording.samples import to_nanoseconds
 from asddpg.runs.run_folder import parse_training
 from tasks.gymnasium_api.navigation_env import NavigationEnv
 
@@ -84,10 +84,10 @@ class EpisodeStates:
         """
         self._physical.reset(options={"start": self.recording.start, "goal": self.recording.goal})
         yield RerunStep(0, None, RUNNING, is_same=True)
-        goals = self.recording.goals()
+        goals, begin = self.recording.goals(), 0
         for count, step in enumerate(self.steps, 1):
             action, digest = self._read_action(step, count - 1)
-            goal = goals.get(round(step["time"] * NANOSECONDS))
+            goal, begin = goals.get(begin), to_nanoseconds(step["time"])
             if goal is not None:
                 self.environment.set_goal(*goal)
             *_, info = self._physical.step(action)
@@ -100,11 +100,9 @@ class EpisodeStates:
         for count, step, _, is_same in self.run():
             if was_same and not is_same:
                 was_same = False
-                print(
-                    f"note: run again, {self.recording.path.name} goes another way from step {count} on: it was made "
-                    "on another machine or with other versions",
-                    file=sys.stderr,
-                )
+                name = self.recording.path.name
+                cause = "it was made on another machine or with other versions"
+                say(f"note: run again, {name} goes another way from step {count} on: {cause}", ERR)
             yield count, step
 
     def _read_action(self, step: StepRecord, number: int) -> tuple[Action, int]:

@@ -2,14 +2,18 @@
 
 from collections.abc import Sequence
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
+from asddpg.recording.files.reading import Recording
 from asddpg.recording.messages.path_message import DRIVER_COLOURS, OTHER_COLOUR, PATH_HEIGHT, PATH_WIDTH
-from tasks.constants import FIELD_OF_VIEW, MAX_RANGE
+from asddpg.recording.messages.topics import SCAN, TF
+from tasks.constants import MAX_RANGE
 from tasks.graphics.headless import mujoco
 from tasks.physics import FloatArray
+from tasks.scene.shapes import WORLD
 
 SCAN_COLOUR = (0.9, 0.1, 0.1)
 SCAN_RADIUS = 0.03  # m
@@ -18,18 +22,39 @@ Place = tuple[float, float]
 Stretch = tuple[str, Sequence[Place]]  # driver, and places, m
 
 
-def scan_points(position: FloatArray, rotation: FloatArray, ranges: FloatArray) -> FloatArray:
-    """Ends of the beams that met an obstacle: (n, 3) metres, world frame.
+def read_scans(recording: Recording) -> list[FloatArray]:
+    """Ends of the beams that met an obstacle, where they were when it was measured: (n, 3) metres, world frame.
 
-    Args:
-        position: (3,) of the laser, world frame.
-        rotation: (3, 3) of the laser, to the world frame.
-        ranges: (num_beams,) metres, from right to left.
+    One array for the beginning, and for each step that of the scan which had arrived by its end.
     """
-    angles = np.linspace(-FIELD_OF_VIEW / 2, FIELD_OF_VIEW / 2, len(ranges))
+    transforms = {str(each.content.transforms[0].timestamp): each.content.transforms for each in recording.messages(TF)}
+    scans = (message.content for message in recording.messages(SCAN))
+    return [_scan_points(scan, *place_in_world(transforms[str(scan.timestamp)], scan.frame_id)) for scan in scans]
+
+
+def place_in_world(transforms: Sequence[Any], frame: str) -> tuple[FloatArray, FloatArray]:
+    """Position (3,), metres, and rotation (3, 3) of a frame to the world, from the transforms of a message of /tf."""
+    if frame == WORLD:
+        return np.zeros(3), np.eye(3)
+    (each,) = (each for each in transforms if each.child_frame_id == frame)
+    position, rotation = place_in_world(transforms, each.parent_frame_id)
+    own_position, own_rotation = read_pose(each.translation, each.rotation)
+    return position + rotation @ own_position, rotation @ own_rotation
+
+
+def read_pose(place: Any, turn: Any) -> tuple[FloatArray, FloatArray]:
+    """Position (3,), metres, and rotation (3, 3) of a Vector3 and a Quaternion."""
+    rotation = np.empty(9)
+    mujoco.mju_quat2Mat(rotation, np.array([turn.w, turn.x, turn.y, turn.z]))
+    return np.array([place.x, place.y, place.z]), rotation.reshape(3, 3)
+
+
+def _scan_points(scan: Any, position: FloatArray, rotation: FloatArray) -> FloatArray:
+    ranges = np.array(scan.ranges)
+    angles = np.linspace(scan.start_angle, scan.end_angle, len(ranges))
+    beams = np.stack([np.cos(angles), np.sin(angles), np.zeros(len(ranges))], axis=1)
     hits = ranges < MAX_RANGE
-    beams = np.stack([np.cos(angles), np.sin(angles), np.zeros(len(ranges))], axis=1) * ranges[:, None]
-    points: FloatArray = position + beams[hits] @ rotation.T
+    points: FloatArray = position + (beams[hits] * ranges[hits, None]) @ rotation.T
     return points
 
 

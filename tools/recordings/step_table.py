@@ -7,6 +7,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from asddpg.atomic_write import locked
 from asddpg.errors import UserError
 from asddpg.recording.messages.topics import STEP_SCHEMA
 
@@ -38,11 +39,12 @@ def write_table(path: Path, rows: Sequence[Row]) -> None:
     columns = list(dict.fromkeys(name for row in rows for name in row))
     part = path.with_name(path.name + ".part")
     try:
-        if path.suffix == ".csv":
-            _write_csv(part, columns, rows)
-        else:
-            _write_parquet(part, columns, rows)
-        part.replace(path)
+        with locked(path.parent):
+            if path.suffix == ".csv":
+                _write_csv(part, columns, rows)
+            else:
+                _write_parquet(part, columns, rows)
+            part.replace(path)
     except OSError as error:
         part.unlink(missing_ok=True)
         raise UserError(f"the table {path} cannot be written: {error.strerror or error}") from error

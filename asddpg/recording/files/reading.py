@@ -67,7 +67,7 @@ class Recording:
             raise _damaged(self.path, error) from error
 
     def goals(self) -> dict[int, tuple[float, float]]:
-        """Goals that were set in the middle of the episode: by the end of the first step towards them, simulated ns."""
+        """Goals that were set in the middle of the episode: by the beginning of the first step towards them, ns."""
         poses = [(message.time, message.content.pose.position) for message in self.messages(GOAL)]
         return {time: (place.x, place.y) for time, place in poses[1:]}
 

@@ -16,6 +16,7 @@ from mcap.stream_reader import StreamReader, breakup_chunk
 from mcap.writer import Writer
 from mcap_protobuf.decoder import DecoderFactory
 
+from asddpg.atomic_write import write_whole
 from asddpg.errors import UserError
 
 # What reading a damaged file raises.
@@ -81,18 +82,17 @@ def decode_messages(records: Iterable[McapRecord], topics: Collection[str] = ())
             yield DecodedMessage(topic, record.log_time, decode(record.data), record)
 
 
-def write_records(path: Path, records: Iterable[McapRecord]) -> None:
-    """Write an indexed, compressed file; a failure leaves none.
+def write_records(
+    path: Path, records: Iterable[McapRecord], on_existing: Callable[[Path], object] = lambda _: None
+) -> None:
+    """Write an indexed, compressed file, as write_whole(); a failure leaves none.
 
     Raises:
         UserError: it cannot be written.
     """
-    new = path.with_name(path.name + ".new")
     try:
-        new.write_bytes(_encode(records))
-        new.replace(path)
+        write_whole(path, _encode(records), on_existing)
     except OSError as error:
-        new.unlink(missing_ok=True)
         raise UserError(f"{path} cannot be written: {error.strerror}") from error
 
 

@@ -18,7 +18,7 @@ from asddpg.recording.files.records import DAMAGE, DecodedMessage, decode_messag
 from asddpg.recording.messages.goal_camera_messages import make_timestamp
 from asddpg.recording.messages.path_message import PathMessage
 from asddpg.recording.messages.step_message import encode_outcome, read_reward
-from asddpg.recording.messages.topics import CMD_VEL, LOG, ODOM, OUTCOME, PATH, STEP
+from asddpg.recording.messages.topics import LOG, ODOM, OUTCOME, PATH, STEP
 
 RUNNING, CUT = "running", "cut"
 OUTCOMES = ("reached", "crashed", "timeout", CUT)
@@ -58,9 +58,11 @@ def recover(source: Path, target: Path | None = None) -> tuple[RecoveredEpisode,
             f"{source} ended in {truncated_repr(episode.outcome)}, which is no outcome: give the new file a name"
         )
     target = target or _name_target(source, episode.outcome)
-    if target.exists():
-        raise UserError(f"{target} exists already; name another file: python -m tools.recover {source} <file.mcap>")
-    write_records(target, episode.records)
+
+    def refuse(path: Path) -> None:
+        raise UserError(f"{path} exists already; name another file: python -m tools.recover {source} <file.mcap>")
+
+    write_records(target, episode.records, refuse)
     return episode, target
 
 
@@ -129,9 +131,9 @@ def _end_episode(records: Sequence[McapRecord], source: str) -> RecoveredEpisode
     outcomes = _select(messages, OUTCOME)
     outcome = outcomes[-1]["outcome"] if outcomes else RUNNING
     if outcome == RUNNING:
-        # A whole step ends with its command, which is written last.
-        end = max((message.time for message in messages if message.topic == CMD_VEL), default=-1)
-        messages = [message for message in messages if message.time <= end]
+        # A whole step ends with /step, which is written last.
+        end = max((index for index, message in enumerate(messages, 1) if message.topic == STEP), default=0)
+        messages = messages[:end]
     steps = _select(messages, STEP)
     if not steps:
         return None

@@ -20,9 +20,9 @@ from asddpg.recording.messages.publisher import Publisher
 from asddpg.recording.messages.scan_pose_messages import PoseEncoder
 from asddpg.recording.messages.scene_messages import Point, scene_message
 from asddpg.recording.pictures.cameras import Stills
-from asddpg.recording.samples import NANOSECONDS, RecordedEnvironment, Sample, Sampler
+from asddpg.recording.samples import NANOSECONDS, Sample, Sampler
 from tasks.errors import TaskError
-from tasks.scene.frames import BodyFrames
+from tasks.gymnasium_api.navigation_env import NavigationEnv
 from tasks.scene.shapes import WORLD
 
 HOST = "127.0.0.1"
@@ -40,7 +40,7 @@ class LiveView:
 
     def __init__(
         self,
-        environment: RecordedEnvironment,
+        environment: NavigationEnv,
         port: int,
         speed: float,
         steering: Steering | None = None,
@@ -62,7 +62,7 @@ class LiveView:
         self._channels = Channels(cameras.names if cameras else ())
         self._sampler = Sampler(environment, cameras)
         model = self._physics.model.ptr
-        poses = PoseEncoder(BodyFrames.from_model(model), environment.scan_shape)
+        poses = PoseEncoder(environment)
         self._publisher = Publisher(self._channels.log, poses, scene_message(model))
         self._controls = LiveControls(speed, steering)
         self._listener = LiveListener(self._controls, self._refuse)

@@ -1,6 +1,6 @@
 """Publishes episodes message by message, to a recording or to the live view."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from foxglove.messages import Log, LogLevel
 
@@ -8,7 +8,7 @@ from asddpg.episodes.protocols import Episode, Step
 from asddpg.recording.messages.channels import LogMessage
 from asddpg.recording.messages.goal_camera_messages import goal_pose, make_timestamp, picture_message
 from asddpg.recording.messages.path_message import PathMessage
-from asddpg.recording.messages.scan_pose_messages import PoseEncoder
+from asddpg.recording.messages.scan_pose_messages import PoseEncoder, PoseMessages
 from asddpg.recording.messages.scene_messages import Point
 from asddpg.recording.messages.step_message import encode_command, encode_outcome, encode_step
 from asddpg.recording.messages.topics import CAMERA, CMD_VEL, GOAL, LOG, ODOM, OUTCOME, PATH, SCAN, SCENE, STEP, TF
@@ -38,11 +38,14 @@ class Publisher:
 
     def publish(self, samples: Sequence[Sample]) -> None:
         """Publish consecutive samples of an episode; a batch costs a fraction of one by one."""
-        for sample, place in self._publish_poses(samples):
+        for sample, messages in zip(samples, self._poses.encode(samples, self.offset), strict=True):
             if sample.step is None:
-                self._publish_beginning(sample, place)
+                self._publish_poses(messages)
+                self._publish_beginning(sample, messages.place)
             else:
-                self._publish_step(sample, sample.step, place)
+                self._publish_decision(sample, sample.step, messages.begin)
+                self._publish_poses(messages)
+                self._publish_step(sample, sample.step, messages.place)
 
     def publish_state(self, sample: Sample, start: Point, driven: Iterable[tuple[str, Point]]) -> None:
         """Publish the full state, for a subscriber in the middle of an episode.
@@ -52,7 +55,8 @@ class Publisher:
             start: where the episode began, m.
             driven: driver and reached place of each step since.
         """
-        (_,) = self._publish_poses([sample])
+        (messages,) = self._poses.encode([sample], self.offset)
+        self._publish_poses(messages)
         self._publish_setting(sample)
         self._path = PathMessage(start)
         for driver, place in driven:
@@ -84,27 +88,29 @@ class Publisher:
         self._publish_goal(self._poses.read_goal(sample))
         self._publish_pictures(sample)
 
-    def _publish_step(self, sample: Sample, step: Step, place: Point) -> None:
-        self._log[STEP](encode_step(sample, step), self._time)
-        self._log[CMD_VEL](encode_command(step), self._time)
+    def _publish_decision(self, sample: Sample, step: Step, begin: int) -> None:
+        """Publish what held from the step's beginning on: the command, and a goal that was moved before it."""
+        self._time = begin
+        self._log[CMD_VEL](encode_command(step), begin)
         goal = self._poses.read_goal(sample)
         if goal != self._goal:
             self._publish_goal(goal)
+
+    def _publish_poses(self, messages: PoseMessages) -> None:
+        self._time = messages.time
+        for time, transforms in messages.transforms:
+            self._log[TF](transforms, time)
+        self._log[SCAN](messages.scan, messages.time)
+        self._log[ODOM](messages.odometry, messages.time)
+
+    def _publish_step(self, sample: Sample, step: Step, place: Point) -> None:
+        """Publish the rest; /step comes last, so that a recording that breaks off has whole steps up to it."""
         self._publish_pictures(sample)
         self._path.extend(step.decision.driver.value, place)
         steps = sample.number + 1
         if steps % max(STEPS_BETWEEN_PATHS, steps // LONG_PATH) == 0:
             self._publish_path()
-
-    def _publish_poses(self, samples: Sequence[Sample]) -> Iterator[tuple[Sample, Point]]:
-        """Publish /tf, /scan and /odom, a sample at a time; yields the robot's place."""
-        times = [self.offset + sample.time for sample in samples]
-        for sample, time, messages in zip(samples, times, self._poses.encode(samples, times), strict=True):
-            self._time = time
-            self._log[TF](messages.transforms, time)
-            self._log[SCAN](messages.scan, time)
-            self._log[ODOM](messages.odometry, time)
-            yield sample, messages.place
+        self._log[STEP](encode_step(sample, step), self._time)
 
     def _publish_path(self) -> None:
         self._log[PATH](self._path.encode(), self._time)

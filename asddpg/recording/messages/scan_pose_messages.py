@@ -10,8 +10,9 @@ from foxglove.messages import FrameTransform, FrameTransforms, LaserScan, Odomet
 from asddpg.recording.messages.goal_camera_messages import make_timestamp, round_to_grid
 from asddpg.recording.messages.scene_messages import Point
 from asddpg.recording.messages.template import MessageTemplate
-from asddpg.recording.samples import Sample
+from asddpg.recording.samples import Sample, to_nanoseconds
 from tasks.constants import FIELD_OF_VIEW, MAX_RANGE
+from tasks.gymnasium_api.navigation_env import NavigationEnv
 from tasks.scene.frames import BodyFrames
 from tasks.scene.shapes import WORLD
 
@@ -19,23 +20,27 @@ _ROBOT, _GOAL = "base", "goal"  # their frames
 _POINT = struct.Struct("<2d")
 _IDENTITY = Pose(position=Vector3(), orientation=Quaternion(w=1.0))
 _RANGE_GRID = 512.0  # steps a metre, see round_to_grid
+_NO_RETURN = 0.5  # in the observation, of a beam that reads the maximum range
 
 
 class PoseMessages(NamedTuple):
-    """Encoded messages of a sample, and the robot's place in them."""
+    """Encoded messages of a sample, their times in ns, and the robot's place in them."""
 
-    transforms: bytes
+    time: int  # of the sample
+    begin: int  # of its step
+    transforms: Sequence[tuple[int, bytes]]  # by time: at the scan within the step, if there is one, and at its end
     scan: bytes
     odometry: bytes
     place: Point  # m, world frame
 
 
 class PoseEncoder:
-    """Encodes samples of one scene."""
+    """Encodes samples of one environment."""
 
-    def __init__(self, frames: BodyFrames, scan_shape: tuple[int, int]) -> None:
-        """Encode these frames, and the scan of observations that begin with (scans, beams)."""
-        num_scans, self._num_beams = scan_shape
+    def __init__(self, environment: NavigationEnv) -> None:
+        frames = BodyFrames.from_model(environment.physics.model.ptr)
+        num_scans, self._num_beams = environment.scan_shape
+        self._latency = to_nanoseconds(environment.scan_latency)
         self._frames, self._base = frames, 7 * frames.index(_ROBOT)
         self._goal_offset = 3 * 8 * int(frames.bodies[frames.index(_GOAL)])  # bytes into xpos
         self._transforms = MessageTemplate(self._make_transforms, 7 * len(frames.frames))
@@ -46,22 +51,35 @@ class PoseEncoder:
         x, y = _POINT.unpack_from(sample.positions, self._goal_offset)
         return x, y
 
-    def encode(self, samples: Sequence[Sample], times: Sequence[int]) -> Iterator[PoseMessages]:
-        """The messages of each sample; times of the messages in ns."""
+    def encode(self, samples: Sequence[Sample], offset: int) -> Iterator[PoseMessages]:
+        """The messages of each sample; `offset`, ns, is added to their times."""
         observations = np.array([sample.observation for sample in samples])
         poses = self._frames.relative([sample.positions + sample.quaternions + sample.rotations for sample in samples])
         velocities = observations[:, self._velocity]
         numbers = round_to_grid(np.concatenate((poses.reshape(len(samples), -1), velocities), axis=1)).tolist()
-        ranges = np.rint((observations[:, : self._num_beams] + 0.5) * (MAX_RANGE * _RANGE_GRID)) / _RANGE_GRID
-        for time, row, beams in zip(times, numbers, ranges.tolist(), strict=True):
-            stamp = make_timestamp(time)
+        scans = observations[:, : self._num_beams]
+        ranges = np.rint((scans + 0.5) * (MAX_RANGE * _RANGE_GRID)) / _RANGE_GRID
+        ranges[scans >= _NO_RETURN] = np.inf
+        for sample, row, beams in zip(samples, numbers, ranges.tolist(), strict=True):
+            time = offset + sample.time
+            stamp, scanned = make_timestamp(time), offset + max(0, sample.time - self._latency)
+            transforms = [(time, self._transforms.fill(time, row[:-2]))]
+            if sample.delayed_poses is not None:
+                transforms.insert(0, self._fill_delayed(offset, *sample.delayed_poses))
             motion = row[self._base : self._base + 7] + row[-2:]
             yield PoseMessages(
-                self._transforms.fill(time, row[:-2]),
-                _laser_scan(stamp, beams).encode(),
+                time,
+                time - sample.time // max(1, sample.number + 1),
+                transforms,
+                _laser_scan(make_timestamp(scanned) if self._latency else stamp, beams).encode(),
                 _odometry(stamp, motion).encode(),
                 (motion[0], motion[1]),
             )
+
+    def _fill_delayed(self, offset: int, seconds: float, poses: bytes) -> tuple[int, bytes]:
+        """/tf at a scan's instant: between two steps it would be interpolated, centimetres off at the end of a beam."""
+        time = offset + to_nanoseconds(seconds)
+        return time, self._transforms.fill(time, round_to_grid(self._frames.relative([poses])).ravel().tolist())
 
     def _make_transforms(self, stamp: Timestamp, numbers: Sequence[float]) -> FrameTransforms:
         """All frames in one message: after a seek a viewer gets only the last message of a topic."""
@@ -81,7 +99,7 @@ class PoseEncoder:
 
 
 def _laser_scan(stamp: Timestamp, ranges: list[float]) -> LaserScan:
-    """The scan in the observation: metres, from right to left."""
+    """The newest scan in the observation: metres, from right to left; infinite without a return, by REP 117."""
     half = FIELD_OF_VIEW / 2
     return LaserScan(
         timestamp=stamp, frame_id="laser", pose=_IDENTITY, start_angle=-half, end_angle=half, ranges=ranges

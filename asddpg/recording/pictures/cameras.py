@@ -2,28 +2,23 @@
 
 import io
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any, NamedTuple, Protocol
+from typing import NamedTuple
 
 from PIL import Image
 
 from asddpg.recording.pictures.h264 import VideoEncoder
 from tasks.graphics.rendering import OffscreenRenderer, Picture
+from tasks.gymnasium_api.navigation_env import NavigationEnv
 
 JPEG_QUALITY = 80
 
 
-class HasPhysics(Protocol):
-    """The part of an environment that cameras see."""
-
-    @property
-    def physics(self) -> Any:
-        """The scene."""
-
-
 class Cameras:
-    """Some cameras of an environment's scene; for use from the thread that made them."""
+    """Some cameras of an environment's scene."""
 
-    def __init__(self, environment: HasPhysics, names: Sequence[str], width: int, height: int, is_video: bool) -> None:
+    def __init__(
+        self, environment: NavigationEnv, names: Sequence[str], width: int, height: int, is_video: bool
+    ) -> None:
         """Open them, and take a picture with each, so that errors show before a run begins.
 
         Args:

@@ -1,6 +1,7 @@
 """Episodes as a film, an .mp4 that any browser plays."""
 
 import contextlib
+import fcntl
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from pathlib import Path
@@ -14,8 +15,8 @@ from asddpg.errors import UserError
 from asddpg.recording.messages.path_message import DRIVER_COLOURS, OTHER_COLOUR
 from asddpg.recording.pictures.caption import OUTCOME_COLOURS, Colour, captioned
 from asddpg.recording.pictures.h264 import CODEC, OPTIONS, require_av
-from asddpg.recording.samples import RecordedEnvironment
 from tasks.graphics.rendering import OffscreenRenderer
+from tasks.gymnasium_api.navigation_env import NavigationEnv
 
 HOLD = 1.5  # s of film on an episode's last picture, to read how it ended
 # The written part can be played up to its last second at any time, also after the process was killed.
@@ -32,7 +33,7 @@ class Film:
     def __init__(
         self,
         path: Path,
-        environment: RecordedEnvironment,
+        environment: NavigationEnv,
         camera: str = "chase",
         width: int = 640,
         height: int = 480,
@@ -43,7 +44,7 @@ class Film:
 
         Args:
             path: of the film, .mp4; an existing one is replaced at the end.
-            environment: to film; its scene is rendered in the thread that makes the film.
+            environment: to film.
             camera: of the scene, or `free`.
             width: px, even.
             height: px, even.
@@ -51,7 +52,7 @@ class Film:
             speed: 1 is real time, 2 twice as fast.
 
         Raises:
-            UserError: PyAV is missing, or the file cannot be written.
+            UserError: PyAV is missing, or the file cannot be written, or another process is writing it.
             TaskError: no such camera, no such size, or no graphics library.
         """
         if path.suffix.lower() != ".mp4":
@@ -67,6 +68,7 @@ class Film:
             self._image = self._rendered()
             self._rate = Fraction(speed / control_timestep).limit_denominator(1000)
             self._container: Any = None
+            self._closing = contextlib.ExitStack()
             self._writing(self._open)
         except BaseException:
             self._renderer.close()
@@ -117,7 +119,10 @@ class Film:
     # File ---------------------------------------------------------------------------------------------------------
 
     def _open(self) -> None:
-        self._container = self._av.open(str(self.part), "w", format="mp4", options=_IN_PROGRESS)
+        lock = self._closing.enter_context(self.part.open("ab"))  # until it is closed: one process films at a time
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        # "file:" lets no colon in a name make a protocol of it.
+        self._container = self._av.open(f"file:{self.part}", "w", format="mp4", options=_IN_PROGRESS)
         stream = self._container.add_stream(CODEC, rate=self._rate, options=OPTIONS)
         stream.width, stream.height, stream.pix_fmt = *self._image.size, "yuv420p"
         stream.codec_context.thread_count = 1
@@ -132,14 +137,15 @@ class Film:
         if self._frames:
             self._copy_whole()
         self.part.unlink()
+        self._closing.close()
 
     def _copy_whole(self) -> None:
         """The same packets with a table of contents, at the beginning: players then know how long it is."""
         whole = self._path.with_name(self._path.name + ".new")
         try:
             with (
-                self._av.open(str(self.part)) as source,
-                self._av.open(str(whole), "w", format="mp4", options=_FINISHED) as target,
+                self._av.open(f"file:{self.part}") as source,
+                self._av.open(f"file:{whole}", "w", format="mp4", options=_FINISHED) as target,
             ):
                 stream = target.add_stream_from_template(source.streams.video[0])
                 for packet in source.demux(video=0):
@@ -159,6 +165,9 @@ class Film:
             with contextlib.suppress(OSError, self._av.error.FFmpegError):
                 if container is not None:
                     container.close()
+            self._closing.close()
             left = f"; {self.part} holds the film so far" if self.part.is_file() else ""
+            if isinstance(error, BlockingIOError):
+                raise UserError(f"another process is writing the film {self._path}; choose another video=") from error
             reason = getattr(error, "strerror", None) or error
             raise UserError(f"the film {self._path} cannot be written: {reason}{left}") from error

@@ -32,6 +32,13 @@ def test_figures_of_known_episodes() -> None:
     # The second drove less than the grid's shortest path, which counts as no detour.
     assert result.spl.value == pytest.approx((2.0 / 4.0 + 1.0) / 4)
     assert result.controller_share == pytest.approx(40 / 380)
+    for lengths in ([1.0, 1.0, 1.0], [9.0, 9.0, 1.0]):  # near 0 and near 1
+        few = summarize_episodes([EPISODES[0], EPISODES[1], EPISODES[2]], lengths, control_timestep=0.2)
+        assert few.spl.low is not None
+        assert few.spl.high is not None
+        assert 0.0 <= few.spl.low <= few.spl.high <= 1.0
+        assert few.mean_time.low == 0.0
+        assert few.metric.high == 2.0
     failed = summarize_episodes(EPISODES[2:], shortest_paths=[1.0, 3.0], control_timestep=0.2)
     assert (failed.mean_time.value, failed.spl.value) == (None, 0.0)
 

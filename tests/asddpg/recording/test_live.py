@@ -112,9 +112,10 @@ def test_a_viewer_sees_everything_and_time_goes_on_over_episodes(viewer: Viewer)
     assert {entity.id for entity in viewer.of("/scene")[-1].entities} >= {"world", "base", "goal"}
     assert len(viewer.times) > EPISODE
     assert viewer.times == sorted(viewer.times)
-    times = [message.time for message in viewer.messages]
-    assert times == sorted(times)
-    assert set(times) <= set(viewer.times)
+    for topic in EVERYTHING:
+        times = [message.time for message in viewer.messages if message.topic == topic]
+        assert times == sorted(times)
+        assert set(times) <= set(viewer.times)
 
 
 def test_playing_waits_for_a_viewer(show: Show) -> None:

@@ -174,14 +174,11 @@ def test_a_run_stays_in_its_folder_whatever_its_configuration_holds(run: RunFold
     assert {"evaluation.json", "evaluated_episodes"} <= {path.name for path in run.path.iterdir()}
 
 
-@pytest.mark.parametrize("value", ["${oc.env:SECRET}", "x${oc.env:SECRET}", "${oc.decode:1}", "${seed}", "???"])
-@pytest.mark.parametrize("name", ["name", "room"])
-def test_the_environment_is_not_read(run: RunFolder, value: str, name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("value", ["${oc.env:SECRET}", "x${oc.env:SECRET}", "$SECRET", "${seed}", "???"])
+def test_the_environment_is_not_read(run: RunFolder, value: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("SECRET", "leaked")
-    changed(run, lambda values: values["agent" if name == "name" else "task"].update(name=value))
-    with pytest.raises(UserError, match="is damaged or not written by") as caught:
-        read_training(run.config)
-    assert "leaked" not in str(caught.value)
+    changed(run, lambda values: values["agent"].update(name=value))
+    assert read_training(run.config)[0].agent.name == value
 
 
 # Memory -------------------------------------------------------------------------------------------------------------

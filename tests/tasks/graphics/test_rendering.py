@@ -1,12 +1,12 @@
 """Pictures: the graphics library, the errors without one, and no effect on the simulation."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 
-import mujoco
 import numpy as np
 import pytest
 
@@ -84,6 +84,8 @@ def fake(name: str, monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, int]]:
         def make_current(self) -> None:
             pass
 
+        free = make_current
+
     module = ModuleType(name)
     module.GLContext = GLContext  # type: ignore[attr-defined]
     monkeypatch.setitem(sys.modules, name, module)
@@ -92,16 +94,18 @@ def fake(name: str, monkeypatch: pytest.MonkeyPatch) -> list[tuple[int, int]]:
 
 def use(modules: dict[str, str], asked_for: str | None, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(gl_context, "MODULES", {"egl": "no_egl", "osmesa": "no_osmesa", "glfw": "no_glfw", **modules})
-    monkeypatch.setattr(gl_context, "_unload_pyopengl", lambda: None)  # the other tests' is loaded
+    monkeypatch.setattr(gl_context, "_unload_pyopengl", lambda _: None)  # the other tests' is loaded
+    monkeypatch.setattr(gl_context, "_opened", set())
     monkeypatch.setenv("MUJOCO_GL", asked_for or "")
 
 
 def test_osmesa_replaces_egl_where_egl_fails(monkeypatch: pytest.MonkeyPatch) -> None:
     made = fake("fake_osmesa", monkeypatch)
     use({"osmesa": "fake_osmesa"}, None, monkeypatch)
-    gl_context.open_context(64, 48)
+    # MuJoCo's library reads MUJOCO_GL, and so do others.
+    _, seen = gl_context.open_context(64, 48, lambda: os.environ["MUJOCO_GL"])
     assert made == [(64, 48)]
-    assert os.environ["MUJOCO_GL"] == "osmesa"  # for MuJoCo's library, and for renderers to come
+    assert (seen, os.environ["MUJOCO_GL"]) == ("osmesa", "")
 
 
 @pytest.mark.parametrize(("osmesa", "asked_for"), [("fake_osmesa", "egl"), ("no_osmesa", None)])
@@ -111,7 +115,7 @@ def test_the_error_is_egls_where_it_is_asked_for_and_where_osmesa_fails_too(
     made = fake("fake_osmesa", monkeypatch)
     use({"osmesa": osmesa}, asked_for, monkeypatch)
     with pytest.raises(TaskError, match=r"egl does not work \(No module named 'no_egl'\).*libegl1 libgl1"):
-        gl_context.open_context(64, 48)
+        gl_context.open_context(64, 48, lambda: None)
     assert made == []
     assert os.environ.get("MUJOCO_GL", "") == (asked_for or "")
 
@@ -119,17 +123,39 @@ def test_the_error_is_egls_where_it_is_asked_for_and_where_osmesa_fails_too(
 def test_a_name_that_renders_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("MUJOCO_GL", "disable")
     with pytest.raises(TaskError, match="MUJOCO_GL=disable renders no pictures; egl, osmesa, glfw do"):
-        gl_context.open_context(64, 48)
+        gl_context.open_context(64, 48, lambda: None)
 
 
-def test_a_library_that_lacks_functions_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    def lacking(*_: object) -> None:
-        raise mujoco.FatalError("OpenGL version 1.5 or higher required")
-
-    monkeypatch.setattr("tasks.graphics.rendering.mujoco.MjrContext", lacking)
-    model = mujoco.MjModel.from_xml_string("<mujoco><worldbody><geom size='1'/></worldbody></mujoco>")
-    with pytest.raises(TaskError, match="OpenGL version 1.5 or higher required"):
-        OffscreenRenderer(model, 64, 48)
+@pytest.mark.parametrize(
+    ("name", "value", "reason", "advice"),
+    [
+        ("MUJOCO_EGL_DEVICE_ID", "99", "'99' names no device", "unset MUJOCO_EGL_DEVICE_ID"),
+        ("MUJOCO_EGL_DEVICE_ID", "first", "'first' names no device", "unset MUJOCO_EGL_DEVICE_ID"),
+        ("PYOPENGL_PLATFORM", "glx", "PYOPENGL_PLATFORM is glx", "unset PYOPENGL_PLATFORM"),
+        ("MESA_GL_VERSION_OVERRIDE", "1.1", "OpenGL version 1.5 or higher required", "a newer driver"),
+        ("__EGL_VENDOR_LIBRARY_FILENAMES", "/none", "Cannot initialize", "apt-get install .* libegl1"),
+        ("MUJOCO_GL", "glfw", "DISPLAY names none that opens", "MUJOCO_GL=egl"),
+    ],
+)
+def test_the_advice_fits_the_cause_at_each_attempt(name: str, value: str, reason: str, advice: str) -> None:
+    code = """
+import tasks
+physics = tasks.load("nav_empty").physics
+for _ in range(2):
+    try:
+        physics.render()
+    except tasks.errors.TaskError as error:
+        print(error)
+"""
+    absent = ("MUJOCO_GL", "DISPLAY", "WAYLAND_DISPLAY", "PYOPENGL_PLATFORM")
+    environment = {key: kept for key, kept in os.environ.items() if key not in absent} | {name: value}
+    command = [sys.executable, "-c", code]
+    done = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=60, check=False)
+    first, second = done.stdout.splitlines()
+    assert first == second
+    assert re.search(f"{reason}.*{advice}", first), first
+    assert ("apt-get" in first) == ("apt-get" in advice)
+    assert done.stderr == ""
 
 
 def test_two_renderers_take_turns() -> None:

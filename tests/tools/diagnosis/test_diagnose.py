@@ -28,7 +28,7 @@ def run(tiny_run: Path, tmp_path: Path) -> Path:
 
 def test_a_run_is_diagnosed(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     diagnose.main([f"run={run}", "episodes=2"])
-    assert {path.name for path in (run / "diagnosis").iterdir()} == {*PLOTS, "diagnosis.json"}
+    assert {path.name for path in (run / "diagnosis").iterdir()} == {*PLOTS, "diagnosis.json", "lock"}
     for name in PLOTS:
         with Image.open(run / "diagnosis" / name) as picture:
             assert min(picture.size) > 300

@@ -11,11 +11,12 @@ import yaml
 from asddpg.command_line import train_config
 from asddpg.config import TrainConfig
 from asddpg.errors import UserError
+from asddpg.options.parsing import flatten
 from tests.support.fake_runs import finish_group
 from tools import ablation, results
 from tools.experiments.run_csv import PUBLISHED, read_csv, write_csv
 from tools.experiments.run_store import RunStore
-from tools.experiments.runs import WITHOUT_EFFECT, Group, digest, flatten
+from tools.experiments.runs import WITHOUT_EFFECT, Group, digest
 
 GROUP = Group("nav_empty", ("task=nav_empty",), 1000, (0, 1, 2))
 DDPG = Group("DDPG", ("task=nav_empty", "agent=ddpg", "controller.gains=[2,1]"), 1000, (0,))

@@ -25,7 +25,6 @@ from tools.drawing.map_view import MapView
 from tools.recordings.driven_paths import read_path
 from tools.recordings.episode_signals import read_signals
 from tools.recordings.episode_states import EpisodeStates
-from tools.recordings.overlay import scan_points
 
 STEPS = 12
 
@@ -264,11 +263,3 @@ def test_scan_and_path_are_drawn_where_they_are(tmp_path: Path, folder: Path) ->
     assert np.any(pictures["path"] != pictures[""])
     with pytest.raises(UserError, match=r"show must be some of scan, path, not \['scam'\]"):
         episode_frame.main([str(first), "show=scam"])
-
-
-def test_a_beam_ends_at_its_range() -> None:
-    ranges = np.array([1.0, 2.0, 5.6])  # −120°, 0°, +120°; the last met nothing
-    points = scan_points(np.array([1.0, 0.0, 0.3]), np.eye(3), ranges)
-    assert points == pytest.approx(
-        np.array([[1 + np.cos(-2 * np.pi / 3), np.sin(-2 * np.pi / 3), 0.3], [3.0, 0.0, 0.3]])
-    )
