@@ -18,7 +18,7 @@ from tasks.gymnasium_api.flat_observation import Float32Array
 from tasks.gymnasium_api.navigation_env import NavigationEnv
 from tasks.gymnasium_api.robot_batch import BoolArray, RobotBatch
 from tasks.physics import FloatArray
-from tasks.rewards import Outcome
+from tasks.rewards import NO_REWARD, Outcome
 
 _OUTCOMES = np.array([str(outcome) for outcome in Outcome], dtype=object)  # by code
 _RUNNING, _REACHED, _CRASHED, _TIMEOUT = range(4)
@@ -75,7 +75,7 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
         self._starts, self._goals = np.zeros((num_envs, 3)), np.zeros((num_envs, 2))
         rewards = [env.task.reward for env in self.envs]  # tasks differ in theirs
         self._reward_constants = np.array([(r.progress, r.time_penalty, r.reach, r.crash) for r in rewards]).T
-        self._terms = {name: np.zeros(num_envs) for name in ("progress", "time", "reach", "crash")}
+        self._terms = {name: np.zeros(num_envs) for name in NO_REWARD}
         self._readings = self._batch.readings(self._goals)
 
     # Episodes -----------------------------------------------------------------------------------------------------
