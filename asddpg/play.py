@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from asddpg.build import make_cameras, make_live, navigation_env, prepare_torch
-from asddpg.command_line import play_config
+from asddpg.command_line import driver_config
 from asddpg.config import PlayConfig
 from asddpg.episodes.loop import run_episode
 from asddpg.episodes.protocols import Observer
@@ -33,7 +33,7 @@ EPISODES = 3  # without episodes= and live=true
 @prepare_torch()
 def main(arguments: Sequence[str]) -> None:
     """Compose, drive, print a line an episode."""
-    config = play_config(arguments)
+    config = driver_config(PlayConfig, arguments)
     seed = int(np.random.SeedSequence().generate_state(1)[0]) if config.seed is None else config.seed
     setup = set_up_driver(config, "play", seed)
     environment = navigation_env(setup.environment)

@@ -2,7 +2,6 @@
 
 import io
 import os
-import shlex
 import signal
 import sys
 from collections.abc import Callable, Sequence
@@ -24,12 +23,6 @@ def python() -> str:
     return "python"
 
 
-def path_argument(path: Path) -> str:
-    """A path as a shell hands it to a program of ours, which would read some names as something else."""
-    text = str(path)
-    return shlex.quote(f"./{text}" if text == "null" or text.startswith(("~", "pretrained:")) else text)
-
-
 def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
     """Run `main` on the command line's arguments; a user's mistake is one sentence and exit status 2."""
     arguments = sys.argv[1:]
@@ -39,8 +32,7 @@ def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
     _prepare_streams()
     try:
         main(arguments)
-        if not OUT.is_broken:  # else the messages that remained were of no use to anybody
-            print(end="", flush=True)
+        print(end="", flush=not OUT.is_broken)  # unless what is left was said to nobody
     except (UserError, TaskError) as error:
         _fail(str(error), 2)
     except NumericalFailure as error:
@@ -50,9 +42,7 @@ def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
     except OSError as error:  # a full disk, a folder that is not writable
         if error.filename is None and is_gone(error):  # whoever read along, such as head, has seen enough
             sys.exit(1)
-        _fail(
-            f"{error.filename or 'standard output, or a file,'} cannot be read or written: {error.strerror or error}", 2
-        )
+        _fail(f"{error.filename or 'a file or a stream'} cannot be read or written: {error.strerror or error}", 2)
     except MemoryError as error:
         _fail(f"the memory of this machine is not enough: {error}", 2)
     except KeyboardInterrupt:
@@ -82,11 +72,9 @@ def _end_on_signals() -> None:
 
 def _prepare_streams() -> None:
     """Escape what standard output or error cannot encode; where one is closed, no file may come into its place."""
-    for descriptor in range(3):
-        try:
-            os.fstat(descriptor)
-        except OSError:
-            os.open(os.devnull, os.O_RDWR)  # takes the lowest that is free
+    while (descriptor := os.open(os.devnull, os.O_RDWR)) < 3:  # which takes the lowest number that is free
+        pass
+    os.close(descriptor)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")

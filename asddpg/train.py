@@ -7,6 +7,7 @@ task=, agent=, network= and reward= choose presets; the defaults below are those
 
 import csv
 import resource
+import shlex
 import sys
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -33,7 +34,7 @@ from asddpg.messages import ERR, say
 from asddpg.observers.metrics_log import read_rows
 from asddpg.options.help_text import help_text
 from asddpg.options.values import read_value
-from asddpg.program import path_argument, python, run
+from asddpg.program import python, run
 from asddpg.recording.how_to_open import how_to_watch
 from asddpg.runs import weights_file
 from asddpg.runs.lock import RunLock
@@ -121,7 +122,7 @@ def _make(config: TrainConfig) -> Parts:
 
 def _run(training: Training, parts: Parts, folder: RunFolder, provenance: dict[str, str]) -> None:
     """Train and test; print how to resume where it is stopped."""
-    again = f"{python()} -m asddpg.train {RESUME}{path_argument(folder.path)}{controller_argument(parts.config)}"
+    again = f"{python()} -m asddpg.train {RESUME}{shlex.quote(str(folder.path))}{controller_argument(parts.config)}"
     try:
         with ExitStack() as closing:
             if parts.live is not None:
@@ -169,7 +170,7 @@ def _finish(parts: Parts, folder: RunFolder, provenance: dict[str, str], seconds
     if tested:
         say(f"actor alone on {config.test_episodes} stored test pairs:\n{table(tested)}")
     say(f"{config.total_steps / seconds:.0f} steps/s, peak memory {peak:.0f} MB")
-    arguments = f"run={path_argument(folder.path)}{controller_argument(config)}"
+    arguments = f"run={shlex.quote(str(folder.path))}{controller_argument(config)}"
     say(f"the run is in {folder.path}; evaluate it: {python()} -m asddpg.evaluate {arguments}")
 
 

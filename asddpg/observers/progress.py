@@ -57,8 +57,3 @@ class ProgressBar(Observer):
 def count_episodes(pairs: Sequence[T]) -> Iterable[T]:
     """The pairs of an evaluation, with a bar that counts them as they are driven."""
     return tqdm(pairs, unit=" episodes", leave=False, mininterval=_interval(), file=ERR)
-
-
-def notify(text: str) -> None:
-    """Write a line on standard error, above the bar."""
-    tqdm.write(text, file=ERR)

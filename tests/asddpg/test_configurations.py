@@ -11,12 +11,15 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 
 from asddpg import evaluate, play, train
-from asddpg.command_line import train_config
+from asddpg.command_line import driver_config, train_config
 from asddpg.config import EvaluateConfig, PlayConfig, TrainConfig
 from asddpg.errors import UserError
+from asddpg.options.parsing import parse_arguments
+from asddpg.runs.run_folder import RunFolder, read_training
 from tests.support.entry_point import Ended, arranged, ended, made_in
 from tests.support.invalid_arguments import invalid_arguments
 from tests.support.valid_arguments import valid_arguments
+from tools.episodes import EpisodesArguments
 
 SLOW = (HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.function_scoped_fixture)
 
@@ -130,10 +133,43 @@ def test_valid_arguments_compose(arguments: list[str]) -> None:
     contradicts_itself(arguments)  # which raises where a single argument is invalid
 
 
-@pytest.mark.parametrize("name", ["läufe", "my runs", "a(1)", "2026", "./a.b", "$x", "運転"])
-def test_a_folder_may_be_called_as_one_likes(name: str) -> None:
-    assert train_config([f"run_dir={name}"]).run_dir == name
+NAMES = (
+    "läufe",
+    "my runs",
+    "a(1)",
+    "2026_11_29",
+    "1e5",
+    "yes",
+    "12:30",
+    "./a.b",
+    "$x",
+    "運転",
+    "a,b",
+    "O'Brien",
+    "=x=",
+)
+NAMES += ("[1]", "{a: b}", "#7", "-m", "???", "a\u202fb", "null.", "~nosuch")
 
 
-def test_a_tilde_is_the_users_home() -> None:
-    assert train_config(["run_dir=~/runs/1"]).run_dir == str(Path.home() / "runs/1")
+@pytest.mark.parametrize("name", NAMES)
+def test_a_folder_may_be_called_as_one_likes(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    config = train_config([f"run_dir={name}"])
+    assert config.run_dir == name
+    folder = RunFolder(tmp_path)
+    folder.write_config(config, {})
+    assert read_training(folder.config)[0] == config
+    assert driver_config(EvaluateConfig, [f"run={name}"]).run == name
+    assert driver_config(PlayConfig, [f"video={name}"]).video == name
+    monkeypatch.chdir(tmp_path)
+    assert parse_arguments(EpisodesArguments, [f"./{name}"]).folder == Path(name)
+    monkeypatch.setattr(train, "resume", lambda path, _: Path("resumed").write_text(path))
+    train.main([f"resume={name}"])
+    assert Path("resumed").read_text() == name
+
+
+def test_a_tilde_is_the_users_home(monkeypatch: pytest.MonkeyPatch) -> None:
+    home = str(Path.home() / "runs/1")
+    assert train_config(["run_dir=~/runs/1"]).run_dir == home
+    monkeypatch.setattr(train, "resume", lambda path, _: begin() if path == home else None)
+    with pytest.raises(AcceptedError):
+        train.main(["resume=~/runs/1"])

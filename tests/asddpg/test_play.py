@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 
 from asddpg import play
-from asddpg.command_line import play_config
+from asddpg.config import PlayConfig
 from asddpg.episodes.loop import run_episode
 from asddpg.episodes.protocols import Episode, Observer
 from asddpg.errors import UserError
@@ -88,7 +88,7 @@ def test_a_run_keeps_what_is_played_of_it(tiny_run: Path, capsys: pytest.Capture
 
 
 def test_three_episodes_are_driven_by_default() -> None:
-    assert play_config([]).episodes is None
+    assert PlayConfig().episodes is None
     assert play.EPISODES == 3
 
 
