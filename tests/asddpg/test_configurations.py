@@ -147,8 +147,15 @@ NAMES = (
     "a,b",
     "O'Brien",
     "=x=",
+    "[1]",
+    "{a: b}",
+    "#7",
+    "-m",
+    "???",
+    "a\u202fb",
+    "null.",
+    "~nosuch",
 )
-NAMES += ("[1]", "{a: b}", "#7", "-m", "???", "a\u202fb", "null.", "~nosuch")
 
 
 @pytest.mark.parametrize("name", NAMES)
