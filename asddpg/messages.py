@@ -18,27 +18,20 @@ class MessageStream:
         return self._broken is getattr(sys, self._name)
 
     def write(self, text: str) -> None:
-        """Write a text; what the stream cannot encode is escaped."""
-        encoding = getattr(self, "encoding", None) or "utf-8"
-        self._call("write", text.encode(encoding, "backslashreplace").decode(encoding))
+        """Write a text at once: only then a stream shows that it is broken. What it cannot encode is escaped."""
+        stream = getattr(sys, self._name)
+        encoding = getattr(stream, "encoding", None) or "utf-8"
+        try:
+            stream.write(text.encode(encoding, "backslashreplace").decode(encoding))
+            stream.flush()
+        except Exception as error:  # of any kind, where the stream is an object of the caller's
+            self._broken = stream if is_gone(error) else self._broken
 
     def flush(self) -> None:
-        """Write out what is kept; only then a stream shows that it is broken."""
-        self._call("flush")
-
-    def isatty(self) -> bool:
-        """Whether it is a terminal."""
-        return bool(self._call("isatty"))
+        """Nothing is kept back."""
 
     def __getattr__(self, name: str) -> Any:
         return getattr(getattr(sys, self._name), name)  # tqdm asks for encoding and fileno
-
-    def _call(self, method: str, *arguments: str) -> Any:
-        stream = getattr(sys, self._name)
-        try:
-            return getattr(stream, method)(*arguments)
-        except Exception as error:  # of any kind, where the stream is an object of the caller's
-            self._broken = stream if is_gone(error) else self._broken
 
 
 def is_gone(error: Exception) -> bool:
@@ -50,5 +43,5 @@ OUT, ERR = MessageStream("stdout"), MessageStream("stderr")
 
 
 def say(text: str, stream: MessageStream = OUT) -> None:
-    """Write a line at once."""
-    print(text, file=stream, flush=True)
+    """Write a line."""
+    stream.write(f"{text}\n")
