@@ -11,7 +11,7 @@ from pathlib import Path
 
 from asddpg.algorithm.agent import AsDDPG
 from asddpg.build import make_agent, make_environment, prepare_torch
-from asddpg.errors import UserError
+from asddpg.errors import UserError, import_extra
 from asddpg.messages import say
 from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
@@ -26,7 +26,6 @@ from tasks.evaluation_pairs import stored_pairs
 from tasks.options import between, option
 from tools.diagnosis.run_diagnosis import Examiner, to_json
 from tools.diagnosis.training_metrics import read_training_metrics
-from tools.drawing.matplotlib_check import check_matplotlib
 
 
 @dataclass(frozen=True)
@@ -50,7 +49,7 @@ def main(arguments: Sequence[str]) -> None:
     folder = open_run_folder(parsed.run)
     config, provenance = read_training(folder.config, parsed.controller)
     config.device = "cpu"
-    check_matplotlib()  # before the driving, which takes minutes
+    import_extra("matplotlib", "plots", "plots")  # before the driving, which takes minutes
     environment = make_environment(config.task, config.reward)
     agent = make_agent(config, environment, next(iter(folder.snapshots()), None))
     weights = list_weights(folder, agent, parsed.every)

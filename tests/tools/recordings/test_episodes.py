@@ -78,7 +78,7 @@ def test_steps_are_exported(
 
 def test_without_pyarrow_csv_is_left(folder: Path, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setitem(sys.modules, "pyarrow", None)
-    with pytest.raises(UserError, match="pip install pyarrow"):
+    with pytest.raises(UserError, match="files need pyarrow, which is not installed: pip install .asddpg.parquet"):
         episodes.main([str(folder), f"export={tmp_path / 'steps.parquet'}"])
     episodes.main([str(folder), f"export={tmp_path / 'steps.csv'}"])
     assert (tmp_path / "steps.csv").is_file()
