@@ -21,16 +21,7 @@ def truncated_repr(value: object) -> str:
 
 
 def import_extra(module: str, extra: str, use: str) -> Any:
-    """A library that an extra of this package brings.
-
-    Args:
-        module: its name.
-        extra: in pyproject.toml.
-        use: what needs it, as the plural that begins a sentence.
-
-    Raises:
-        UserError: it is not installed.
-    """
+    """A library that an extra of this package brings, for a `use` in the plural; UserError where it is missing."""
     try:
         return import_module(module)
     except ImportError as error:

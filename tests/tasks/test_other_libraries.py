@@ -21,28 +21,20 @@ TURN = np.array([0.0, 0.5], dtype=np.float32)  # m/s, rad/s
 
 # Gymnasium ---------------------------------------------------------------------------------------
 
+UNIT = np.float32(1.0)
 ARGUMENTS: dict[str, dict[str, Any]] = {
-    "AddWhiteNoise": {"probability_of_noise_per_pixel": 0.1},
-    "ClipReward": {"max_reward": 1.0},
-    "DelayObservation": {"delay": 2},
-    "DiscretizeAction": {"bins": 5},
-    "DiscretizeObservation": {"bins": 5, "multidiscrete": True},
-    "DtypeObservation": {"dtype": np.float32},
-    "FrameStackObservation": {"stack_size": 3},
-    "ObstructView": {"obstructed_pixels_ratio": 0.1, "obstruction_width": 4},
-    "RepeatAction": {"num_repeats": 2},
-    "RescaleAction": {"min_action": np.float32(-1.0), "max_action": np.float32(1.0)},
-    "RescaleObservation": {"min_obs": np.float32(-1.0), "max_obs": np.float32(1.0)},
-    "ReshapeObservation": {"shape": (31, 4)},
-    "StickyAction": {"repeat_action_probability": 0.3},
-    "TimeLimit": {"max_episode_steps": 5},
-    "TransformAction": {"func": lambda action: action, "action_space": None},
-    "TransformObservation": {"func": lambda observation: observation, "observation_space": None},
-    "TransformReward": {"func": lambda reward: 2 * reward},
+    "AddWhiteNoise": {"probability_of_noise_per_pixel": 0.1}, "ClipReward": {"max_reward": 1.0},
+    "DelayObservation": {"delay": 2}, "DiscretizeAction": {"bins": 5}, "DtypeObservation": {"dtype": np.float32},
+    "DiscretizeObservation": {"bins": 5, "multidiscrete": True}, "FrameStackObservation": {"stack_size": 3},
+    "ObstructView": {"obstructed_pixels_ratio": 0.1, "obstruction_width": 4}, "RepeatAction": {"num_repeats": 2},
+    "RescaleAction": {"min_action": -UNIT, "max_action": UNIT}, "ReshapeObservation": {"shape": (31, 4)},
+    "RescaleObservation": {"min_obs": -UNIT, "max_obs": UNIT}, "StickyAction": {"repeat_action_probability": 0.3},
+    "TimeLimit": {"max_episode_steps": 5}, "TransformAction": {"func": np.negative, "action_space": None},
+    "TransformObservation": {"func": np.negative, "observation_space": None}, "TransformReward": {"func": np.negative},
     "VectorizeTransformAction": {"wrapper": wrappers.ClipAction},
     "VectorizeTransformObservation": {"wrapper": wrappers.FlattenObservation},
     "VectorizeTransformReward": {"wrapper": wrappers.ClipReward, "max_reward": 1.0},
-}
+}  # fmt: skip
 # They are for Atari, pictures, dictionaries and other arrays than NumPy's, or need a screen or moviepy.
 OTHERS = {"AtariPreprocessing", "GrayscaleObservation", "ResizeObservation", "FilterObservation", "ArrayConversion"}
 OTHERS |= {"JaxToNumpy", "JaxToTorch", "NumpyToTorch", "HumanRendering", "RecordVideo", "DictInfoToList", "vector"}
