@@ -17,7 +17,7 @@ from asddpg.command_line import driver_config
 from asddpg.config import EvaluateConfig
 from asddpg.episodes.evaluation import EvaluationResult, evaluate, table
 from asddpg.errors import UserError
-from asddpg.messages import ERR, say
+from asddpg.messages import ERR, print_line
 from asddpg.observers.progress import count_episodes
 from asddpg.options.help_text import help_text
 from asddpg.policy_setup import DriverSetup, set_up_driver
@@ -47,10 +47,10 @@ def main(arguments: Sequence[str]) -> None:
         recorder.close()
     content = _content(config, setup, pairs_name, result)
     write_json(file, content | ({"recordings": recorder.folder.name} if recorder.files else {}), keeps_old=True)
-    say(f"{setup.title}, {task.name}, {pairs_name}\n{table({setup.name: result})}")
-    say(f"written to {file}")
+    print_line(f"{setup.title}, {task.name}, {pairs_name}\n{table({setup.name: result})}")
+    print_line(f"written to {file}")
     if recorder.files:
-        say(how_to_open(recorder.files, recorder.folder))
+        print_line(how_to_open(recorder.files, recorder.folder))
 
 
 def _content(config: EvaluateConfig, setup: DriverSetup, pairs_name: str, result: EvaluationResult) -> dict[str, Any]:

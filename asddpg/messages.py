@@ -42,6 +42,6 @@ def is_gone(error: Exception) -> bool:
 OUT, ERR = MessageStream("stdout"), MessageStream("stderr")
 
 
-def say(text: str, stream: MessageStream = OUT) -> None:
+def print_line(text: str, stream: MessageStream = OUT) -> None:
     """Write a line."""
     stream.write(f"{text}\n")

@@ -12,7 +12,7 @@ from typing import NoReturn
 from dm_control.rl.control import PhysicsError
 
 from asddpg.errors import NumericalFailure, UserError
-from asddpg.messages import ERR, OUT, is_gone, say
+from asddpg.messages import ERR, OUT, is_gone, print_line
 from tasks.errors import TaskError
 
 
@@ -32,7 +32,7 @@ def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
     _prepare_streams()
     try:
         main(arguments)
-        print(end="", flush=not OUT.is_broken)  # unless what is left was said to nobody
+        print(end="", flush=not OUT.is_broken)  # unless its reader is gone
     except (UserError, TaskError) as error:
         _fail(str(error), 2)
     except NumericalFailure as error:
@@ -46,7 +46,7 @@ def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
     except MemoryError as error:
         _fail(f"the memory of this machine is not enough: {error}", 2)
     except KeyboardInterrupt:
-        say("stopped", ERR)
+        print_line("stopped", ERR)
         sys.exit(130)
     finally:
         _drop_unwritten()
@@ -55,7 +55,7 @@ def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
 def _fail(sentence: str, status: int) -> NoReturn:
     """Print an error in one line and exit; text from a user or a file may break no line and steer no terminal."""
     line = "".join(each if each.isprintable() else each.encode("unicode_escape").decode() for each in sentence)
-    say(f"error: {line}", ERR)
+    print_line(f"error: {line}", ERR)
     sys.exit(status)
 
 

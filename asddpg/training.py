@@ -16,7 +16,7 @@ from asddpg.episodes.evaluation import EvaluationResult, evaluate
 from asddpg.episodes.finite_check import check_weights
 from asddpg.episodes.training_episodes import TrainingEpisodes
 from asddpg.errors import UserError
-from asddpg.messages import say
+from asddpg.messages import print_line
 from asddpg.observers.metrics_log import MetricsLog, read_rows, write_validation
 from asddpg.observers.progress import ProgressBar
 from asddpg.observers.step_log import StepLog
@@ -168,7 +168,7 @@ class Training:
         )
 
     def _print(self, text: str) -> None:
-        (self._bar.print_line if self._bar else say)(text)
+        (self._bar.print_line if self._bar else print_line)(text)
 
     # Validation ---------------------------------------------------------------------------------------------------
 

@@ -7,7 +7,7 @@ from typing import Any, SupportsFloat, TypeVar
 from tqdm import tqdm
 
 from asddpg.episodes.protocols import Driver, Episode, Observer, Step
-from asddpg.messages import ERR, say
+from asddpg.messages import ERR, print_line
 from asddpg.observers.metrics_log import RecentOutcomes
 
 T = TypeVar("T")
@@ -45,7 +45,7 @@ class ProgressBar(Observer):
     def print_line(self, text: str) -> None:
         """Print a line above the bar."""
         self._bar.clear()
-        say(text)
+        print_line(text)
         self._bar.refresh()
 
     def close(self) -> None:
