@@ -7,7 +7,7 @@ task ?= nav_complex
 ARGS ?=
 AT_ONCE = -n auto --maxprocesses 4  # tests at once: more workers would wait for each other's physics
 
-.PHONY: help install dev train evaluate check test test-fast test-long test-node faults bench results ablation docs clean
+.PHONY: help install dev train evaluate check test test-fast test-long test-node test-versions faults bench results ablation docs clean
 
 help:
 	@echo 'make train task=nav_complex ARGS="seed=1 total_steps=5000"   set up, train, evaluate'
@@ -15,6 +15,7 @@ help:
 	@echo 'make check      format, lint, types, models, documents     make bench      speed of environment and training'
 	@echo 'make results    the runs behind the README      make ablation   what each factor of the learning does'
 	@echo 'make test-node  recordings, read by the libraries that Foxglove reads with (Node)'
+	@echo 'make test-versions  with the lowest versions of the libraries, and with Python 3.12'
 	@echo 'make faults     runs that are killed, damaged and compared to the last bit'
 	@echo 'make docs       the documentation as a site, build/docs/index.html'
 	@echo 'make clean      remove .venv and caches         ARGS=list with the two: what they would train'
@@ -71,6 +72,9 @@ test-long: dev $(VENV)/bench
 
 faults: dev
 	$(BIN)/python -m pytest -m faults -s tests/faults $(ARGS)
+
+test-versions: dev
+	.ci/versions $(BIN)/python
 
 test-node: dev
 	tests/node/check $(BIN)/python

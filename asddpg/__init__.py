@@ -23,10 +23,10 @@ def prepare_path() -> None:
     command = sys.orig_argv[-len(sys.argv) :][:1] if sys.argv[:1] == ["-m"] else []  # asddpg.train, or -masddpg.train
     is_module = any(name.removeprefix("-m").partition(".")[0] in _PROGRAMS for name in command)
     is_script = bool(first) and Path(first).resolve() in [_ROOT / name for name in _PROGRAMS]
-    if is_script or (is_module and not sys.flags.safe_path and Path(first).resolve() != _ROOT):
-        sys.path.append(sys.path.pop(0))
     if is_script:
-        sys.path.pop()
+        del sys.path[0]
+    elif is_module and not sys.flags.safe_path and Path(first).resolve() != _ROOT:
+        sys.path.append(sys.path.pop(0))
     if not _finds_tasks() and (is_script or is_module):
         sys.path.insert(0, str(_ROOT))
     if not _finds_tasks():

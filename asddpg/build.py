@@ -166,23 +166,19 @@ def check_device(device: str) -> None:
 
 @contextmanager
 def prepare_torch() -> Iterator[None]:
-    """One thread, float32 on the CPU, no denormals, gradients, for a `with` or a function; then as the caller had it.
+    """One thread, float32, gradients, no denormals, for a `with` or a function; then all is as the caller had it.
 
     Small networks gain nothing from a second thread and lose much to it beside another process. Adam's moments of tiny
     gradients become denormal numbers, on which a CPU is many times slower.
     """
-    device = None if (found := torch.get_default_device()).type == "cpu" else found
-    before = (torch.get_num_threads(), torch.get_default_dtype(), device, sys.float_info.min / 2 == 0.0)
-    _set_torch(1, torch.float32, None, True)
+    threads, dtype, was_flushed = torch.get_num_threads(), torch.get_default_dtype(), sys.float_info.min / 2 == 0.0
+    torch.set_num_threads(1)
+    torch.set_default_dtype(torch.float32)
+    torch.set_flush_denormal(True)
     try:
         with torch.inference_mode(False), torch.enable_grad():
             yield
     finally:
-        _set_torch(*before)
-
-
-def _set_torch(threads: int, dtype: torch.dtype, device: torch.device | None, flushes_denormals: bool) -> None:
-    torch.set_num_threads(threads)
-    torch.set_default_dtype(dtype)
-    torch.set_default_device(device)
-    torch.set_flush_denormal(flushes_denormals)
+        torch.set_num_threads(threads)
+        torch.set_default_dtype(dtype)
+        torch.set_flush_denormal(was_flushed)

@@ -7,7 +7,7 @@ asddpg/options.
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import yaml
 
@@ -48,6 +48,7 @@ GROUPS: Mapping[str, Mapping[str, str]] = {
 # What a resumed run may change: it changes nothing that has been learned.
 MAY_CHANGE = ("total_steps", "checkpoint_every", "record.keep", "live", "port", "speed")
 BASELINES = ("controller", "random")
+Driving = TypeVar("Driving", EvaluateConfig, PlayConfig)
 _CONF = Path(__file__).parent / "conf"
 _DEFAULTS = {"network": "fc3x256", "agent": "asddpg", "task": "nav_complex"}  # the later overrides the earlier
 
@@ -103,16 +104,9 @@ def stored_config(values: Mapping[str, Any]) -> TrainConfig:
     return _with_values(config, found)
 
 
-def evaluate_config(arguments: Sequence[str]) -> EvaluateConfig:
-    """The configuration of an evaluation; UserError where an argument is wrong."""
-    config = parse_arguments(EvaluateConfig, arguments, may_repeat=True)
-    check(config)
-    return config
-
-
-def play_config(arguments: Sequence[str]) -> PlayConfig:
-    """The configuration of episodes to play; UserError where an argument is wrong."""
-    config = parse_arguments(PlayConfig, arguments, may_repeat=True)
+def driver_config(kind: type[Driving], arguments: Sequence[str]) -> Driving:
+    """The configuration of an evaluation, or of episodes to play; UserError where an argument is wrong."""
+    config = parse_arguments(kind, arguments, may_repeat=True)
     check(config)
     return config
 

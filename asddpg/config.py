@@ -158,7 +158,7 @@ class PictureConfig:
         [], "Cameras whose pictures are recorded, and shown live, such as [chase,onboard].", CAMERAS
     )
     codec: str = option(
-        "jpeg", "Form of the pictures; h264 halves the files and needs PyAV (pip install av).", one_of("jpeg", "h264")
+        "jpeg", "Form of the pictures; h264 halves the files: pip install 'asddpg[video]'.", one_of("jpeg", "h264")
     )
     picture_size: list[int] = option([320, 240], "Width and height of the pictures, px.", PICTURE_SIZE)
 

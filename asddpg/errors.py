@@ -1,5 +1,8 @@
 """Exceptions that end a program in one sentence."""
 
+from importlib import import_module
+from typing import Any
+
 _MAX_LENGTH = 60  # characters of a value in a sentence
 
 
@@ -15,3 +18,11 @@ def truncated_repr(value: object) -> str:
     """A value for a sentence: text in quotes, cut where it is long."""
     text = repr(value) if isinstance(value, str) else str(value)
     return text if len(text) <= _MAX_LENGTH else f"{text[: _MAX_LENGTH - 2]}…{text[-1]}"
+
+
+def import_extra(module: str, extra: str, use: str) -> Any:
+    """A library that an extra of this package brings, for a `use` in the plural; UserError where it is missing."""
+    try:
+        return import_module(module)
+    except ImportError as error:
+        raise UserError(f"{use} need {module}, which is not installed: pip install 'asddpg[{extra}]'") from error

@@ -6,17 +6,19 @@ run=pretrained:nav_complex is a policy that the project ships. A baseline needs 
 
 import dataclasses
 from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
+from tqdm import tqdm
 
 from asddpg.build import make_cameras, navigation_env, prepare_torch
-from asddpg.command_line import evaluate_config
+from asddpg.command_line import driver_config
 from asddpg.config import EvaluateConfig
 from asddpg.episodes.evaluation import EvaluationResult, evaluate, table
 from asddpg.errors import UserError
-from asddpg.messages import say
-from asddpg.observers.progress import count_episodes, notify
+from asddpg.messages import ERR, print_line
+from asddpg.observers.progress import count_episodes
 from asddpg.options.help_text import help_text
 from asddpg.policy_setup import DriverSetup, set_up_driver
 from asddpg.program import run
@@ -30,12 +32,13 @@ from tasks.room_geometry.held_out import Pair
 @prepare_torch()
 def main(arguments: Sequence[str]) -> None:
     """Compose, drive, print the table, write evaluation.json."""
-    config = evaluate_config(arguments)
+    config = driver_config(EvaluateConfig, arguments)
     setup = set_up_driver(config, "evaluate", config.seed or 0)
     task = setup.config.task
     pairs, pairs_name = _pairs(config, task.name, task.goal_radius)
     file = RunFolder(setup.out).evaluation
     cameras = make_cameras(config.record, navigation_env(setup.environment))
+    notify = partial(tqdm.write, file=ERR)
     recorder = setup.recorder(config.record, "evaluated_episodes", pairs_name, notify, cameras)
     driver, episodes = setup.drivers[setup.name], count_episodes(pairs)
     try:
@@ -44,10 +47,10 @@ def main(arguments: Sequence[str]) -> None:
         recorder.close()
     content = _content(config, setup, pairs_name, result)
     write_json(file, content | ({"recordings": recorder.folder.name} if recorder.files else {}), keeps_old=True)
-    say(f"{setup.title}, {task.name}, {pairs_name}\n{table({setup.name: result})}")
-    say(f"written to {file}")
+    print_line(f"{setup.title}, {task.name}, {pairs_name}\n{table({setup.name: result})}")
+    print_line(f"written to {file}")
     if recorder.files:
-        say(how_to_open(recorder.files, recorder.folder))
+        print_line(how_to_open(recorder.files, recorder.folder))
 
 
 def _content(config: EvaluateConfig, setup: DriverSetup, pairs_name: str, result: EvaluationResult) -> dict[str, Any]:

@@ -6,56 +6,42 @@ from typing import Any
 
 
 class MessageStream:
-    """Standard output or standard error, as `sys` has it at the moment of each message; writing raises nothing.
-
-    What the stream cannot encode is escaped. Where there is none, or its disk is full, the message is lost.
-    """
+    """sys.stdout or sys.stderr, as it is at the moment; nothing is raised where it is missing, closed, full or gone."""
 
     def __init__(self, name: str) -> None:
         """`name` is stdout or stderr."""
-        self._name = name
-        self._broken: Any = None  # the stream that failed
+        self._name, self._broken = name, object()
 
     @property
     def is_broken(self) -> bool:
         """Whether its reader or its terminal is gone, as far as messages have found."""
-        return self._broken is not None and self._broken is getattr(sys, self._name)
+        return self._broken is getattr(sys, self._name)
 
     def write(self, text: str) -> None:
-        """Write a text."""
-        encoding = getattr(getattr(sys, self._name), "encoding", None) or "utf-8"
-        self._call("write", text.encode(encoding, "backslashreplace").decode(encoding))
+        """Write a text at once: only then a stream shows that it is broken. What it cannot encode is escaped."""
+        stream = getattr(sys, self._name)
+        encoding = getattr(stream, "encoding", None) or "utf-8"
+        try:
+            stream.write(text.encode(encoding, "backslashreplace").decode(encoding))
+            stream.flush()
+        except Exception as error:  # of any kind, where the stream is an object of the caller's
+            self._broken = stream if is_gone(error) else self._broken
 
     def flush(self) -> None:
-        """Write out what is kept; only then a stream shows that it is broken."""
-        self._call("flush")
-
-    def isatty(self) -> bool:
-        """Whether it is a terminal."""
-        return bool(self._call("isatty"))
+        """Nothing is kept back."""
 
     def __getattr__(self, name: str) -> Any:
-        # tqdm looks for the encoding, and by fileno for the width of the terminal.
-        return getattr(getattr(sys, self._name), name)
-
-    def _call(self, method: str, *arguments: str) -> Any:
-        stream = getattr(sys, self._name)
-        try:
-            return getattr(stream, method)(*arguments)
-        except Exception as error:  # closed, none, full, or the caller's own object
-            if is_gone(error):
-                self._broken = stream
-            return None
+        return getattr(getattr(sys, self._name), name)  # tqdm asks for encoding and fileno
 
 
 def is_gone(error: Exception) -> bool:
     """Whether a stream failed because its reader, or its terminal, is gone."""
-    return isinstance(error, ConnectionError) or (isinstance(error, OSError) and error.errno == errno.EIO)
+    return isinstance(error, ConnectionError) or getattr(error, "errno", 0) == errno.EIO
 
 
 OUT, ERR = MessageStream("stdout"), MessageStream("stderr")
 
 
-def say(text: str, stream: MessageStream = OUT) -> None:
-    """Write a line at once."""
-    print(text, file=stream, flush=True)
+def print_line(text: str, stream: MessageStream = OUT) -> None:
+    """Write a line."""
+    stream.write(f"{text}\n")

@@ -14,12 +14,12 @@ from pathlib import Path
 import numpy as np
 
 from asddpg.build import make_cameras, make_live, navigation_env, prepare_torch
-from asddpg.command_line import play_config
+from asddpg.command_line import driver_config
 from asddpg.config import PlayConfig
 from asddpg.episodes.loop import run_episode
 from asddpg.episodes.protocols import Observer
 from asddpg.episodes.steering import SteeredDriver
-from asddpg.messages import OUT, say
+from asddpg.messages import OUT, print_line
 from asddpg.options.help_text import help_text
 from asddpg.policy_setup import DriverSetup, set_up_driver
 from asddpg.program import run
@@ -33,14 +33,14 @@ EPISODES = 3  # without episodes= and live=true
 @prepare_torch()
 def main(arguments: Sequence[str]) -> None:
     """Compose, drive, print a line an episode."""
-    config = play_config(arguments)
+    config = driver_config(PlayConfig, arguments)
     seed = int(np.random.SeedSequence().generate_state(1)[0]) if config.seed is None else config.seed
     setup = set_up_driver(config, "play", seed)
     environment = navigation_env(setup.environment)
     driver = SteeredDriver(environment.set_goal, setup.drivers, setup.name)
     with ExitStack() as closing:
         cameras = make_cameras(config.record, environment)
-        recorder = setup.recorder(config.record, "played_episodes", f"drawn, seed {seed}", say, cameras)
+        recorder = setup.recorder(config.record, "played_episodes", f"drawn, seed {seed}", print_line, cameras)
         closing.callback(recorder.close)
         live = make_live(config, environment, cameras, driver) if config.live else None
         if live is not None:
@@ -52,9 +52,9 @@ def main(arguments: Sequence[str]) -> None:
             closing.callback(film.close)
         # The live view, which waits, comes last.
         observers: list[Observer] = [observer for observer in (recorder, film, live) if observer is not None]
-        say(f"{setup.title}, {setup.config.task.name}, seed={seed}")
+        print_line(f"{setup.title}, {setup.config.task.name}, seed={seed}")
         if live is not None:
-            say(f"{how_to_watch(live.port)}\nwaiting for a viewer; Ctrl-C ends")
+            print_line(f"{how_to_watch(live.port)}\nwaiting for a viewer; Ctrl-C ends")
         closing.callback(lambda: _print_files(config, recorder))
         setup.environment.reset(seed=seed)
         _drive_episodes(config, setup, driver, observers, recorder)
@@ -63,9 +63,9 @@ def main(arguments: Sequence[str]) -> None:
 def _print_files(config: PlayConfig, recorder: Recorder) -> None:
     recorder.close()
     if config.video is not None:
-        say(f"the film is {config.video}")
+        print_line(f"the film is {config.video}")
     if recorder.files:
-        say(how_to_open(recorder.files, recorder.folder))
+        print_line(how_to_open(recorder.files, recorder.folder))
 
 
 def _drive_episodes(
@@ -79,7 +79,7 @@ def _drive_episodes(
         episode = run_episode(setup.environment, driver, observers)
         recorded = f", {recorder.last}" if recorder.files > files else ""
         driven = f"{episode.outcome} after {episode.steps} steps, return {episode.total_reward:.2f}"
-        say(f"episode {number}: {driven}, controller {100 * episode.controller_share:.0f} %{recorded}")
+        print_line(f"episode {number}: {driven}, controller {100 * episode.controller_share:.0f} %{recorded}")
 
 
 if __name__ == "__main__":

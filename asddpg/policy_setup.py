@@ -22,7 +22,7 @@ from asddpg.config import ControllerConfig, EvaluateConfig, PlayConfig, RecordEv
 from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone, random_actor, with_values
 from asddpg.episodes.random_streams import stream
 from asddpg.errors import UserError
-from asddpg.messages import say
+from asddpg.messages import print_line
 from asddpg.recording.pictures.cameras import Cameras
 from asddpg.recording.recorder import Recorder, Selection, every_nth
 from asddpg.runs import weights_file
@@ -126,7 +126,7 @@ def _open_run(config: EvaluateConfig | PlayConfig, run: str) -> DriverSetup:
     if config.driver not in drivers:
         raise UserError("driver=switch needs a run with a controller, and this one is DDPG; driver=actor works")
     if not is_other_task and environment_hash(environment) != opened.provenance.get("model_hash"):
-        say("note: the scene's model is not the one this run was trained on")
+        print_line("note: the scene's model is not the one this run was trained on")
     return DriverSetup(
         title=f"{opened.title} (step {step}), driver {config.driver}",
         config=trained,

@@ -2,7 +2,6 @@
 
 import io
 import os
-import shlex
 import signal
 import sys
 from collections.abc import Callable, Sequence
@@ -13,7 +12,7 @@ from typing import NoReturn
 from dm_control.rl.control import PhysicsError
 
 from asddpg.errors import NumericalFailure, UserError
-from asddpg.messages import ERR, OUT, is_gone, say
+from asddpg.messages import ERR, OUT, is_gone, print_line
 from tasks.errors import TaskError
 
 
@@ -22,12 +21,6 @@ def python() -> str:
     with suppress(OSError, ValueError):  # the present folder is gone, or Python lies elsewhere
         return str(Path(sys.executable or "python").relative_to(Path.cwd()))
     return "python"
-
-
-def path_argument(path: Path) -> str:
-    """A path as a shell hands it to a program of ours, which would read some names as something else."""
-    text = str(path)
-    return shlex.quote(f"./{text}" if text == "null" or text.startswith(("~", "pretrained:")) else text)
 
 
 def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
@@ -39,8 +32,7 @@ def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
     _prepare_streams()
     try:
         main(arguments)
-        if not OUT.is_broken:  # else the messages that remained were of no use to anybody
-            print(end="", flush=True)
+        print(end="", flush=not OUT.is_broken)  # unless its reader is gone
     except (UserError, TaskError) as error:
         _fail(str(error), 2)
     except NumericalFailure as error:
@@ -50,13 +42,11 @@ def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
     except OSError as error:  # a full disk, a folder that is not writable
         if error.filename is None and is_gone(error):  # whoever read along, such as head, has seen enough
             sys.exit(1)
-        _fail(
-            f"{error.filename or 'standard output, or a file,'} cannot be read or written: {error.strerror or error}", 2
-        )
+        _fail(f"{error.filename or 'a file or a stream'} cannot be read or written: {error.strerror or error}", 2)
     except MemoryError as error:
         _fail(f"the memory of this machine is not enough: {error}", 2)
     except KeyboardInterrupt:
-        say("stopped", ERR)
+        print_line("stopped", ERR)
         sys.exit(130)
     finally:
         _drop_unwritten()
@@ -65,7 +55,7 @@ def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
 def _fail(sentence: str, status: int) -> NoReturn:
     """Print an error in one line and exit; text from a user or a file may break no line and steer no terminal."""
     line = "".join(each if each.isprintable() else each.encode("unicode_escape").decode() for each in sentence)
-    say(f"error: {line}", ERR)
+    print_line(f"error: {line}", ERR)
     sys.exit(status)
 
 
@@ -82,11 +72,9 @@ def _end_on_signals() -> None:
 
 def _prepare_streams() -> None:
     """Escape what standard output or error cannot encode; where one is closed, no file may come into its place."""
-    for descriptor in range(3):
-        try:
-            os.fstat(descriptor)
-        except OSError:
-            os.open(os.devnull, os.O_RDWR)  # takes the lowest that is free
+    while (descriptor := os.open(os.devnull, os.O_RDWR)) < 3:  # which takes the lowest number that is free
+        pass
+    os.close(descriptor)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             stream.reconfigure(errors="backslashreplace")

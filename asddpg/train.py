@@ -7,6 +7,7 @@ task=, agent=, network= and reward= choose presets; the defaults below are those
 
 import csv
 import resource
+import shlex
 import sys
 from collections.abc import Sequence
 from contextlib import ExitStack
@@ -29,11 +30,11 @@ from asddpg.config import TrainConfig
 from asddpg.episodes.drivers import actor_alone
 from asddpg.episodes.evaluation import EvaluationResult, evaluate, table
 from asddpg.errors import UserError
-from asddpg.messages import ERR, say
+from asddpg.messages import ERR, print_line
 from asddpg.observers.metrics_log import read_rows
 from asddpg.options.help_text import help_text
 from asddpg.options.values import read_value
-from asddpg.program import path_argument, python, run
+from asddpg.program import python, run
 from asddpg.recording.how_to_open import how_to_watch
 from asddpg.runs import weights_file
 from asddpg.runs.lock import RunLock
@@ -74,7 +75,7 @@ def begin(arguments: Sequence[str]) -> None:
     folder = create_run(config)
     with RunLock(folder.path) as lock:
         folder.write_config(config, provenance)
-        say(f"training {config.agent.name} on {config.task.name}, {config.total_steps} steps, in {folder.path}")
+        print_line(f"training {config.agent.name} on {config.task.name}, {config.total_steps} steps, in {folder.path}")
         training = Training(parts, folder, lock, recording_provenance(config, provenance))
         _run(training, parts, folder, provenance)
 
@@ -93,19 +94,19 @@ def resume(path: str, arguments: Sequence[str]) -> None:
         if state is None:
             _check_not_begun(folder, stored)
         for sentence in damaged:
-            say(f"note: {sentence}; the one before it is used")
+            print_line(f"note: {sentence}; the one before it is used")
         parts = _make(config)
         step = state["step"] if state else 0
         provenance, notes = update_provenance(stored, provenance, config, current_versions(parts.environment), step)
         for note in notes:
-            say(f"note: {note}")
+            print_line(f"note: {note}")
         # Before anything is changed: this checks that the state fits.
         training = Training(parts, folder, lock, recording_provenance(config, provenance), state)
         if config.total_steps != stored.total_steps:
             keep_test(folder, stored.total_steps)
         rewind(folder, state)
         folder.write_config(config, provenance)
-        say(f"resuming {path} at step {step} of {config.total_steps}")
+        print_line(f"resuming {path} at step {step} of {config.total_steps}")
         if state is not None:
             state.clear()  # the replay buffer would be held twice to the end
         _run(training, parts, folder, provenance)
@@ -121,19 +122,19 @@ def _make(config: TrainConfig) -> Parts:
 
 def _run(training: Training, parts: Parts, folder: RunFolder, provenance: dict[str, str]) -> None:
     """Train and test; print how to resume where it is stopped."""
-    again = f"{python()} -m asddpg.train {RESUME}{path_argument(folder.path)}{controller_argument(parts.config)}"
+    again = f"{python()} -m asddpg.train {RESUME}{shlex.quote(str(folder.path))}{controller_argument(parts.config)}"
     try:
         with ExitStack() as closing:
             if parts.live is not None:
                 closing.callback(parts.live.close)
-                say(how_to_watch(parts.live.port))
+                print_line(how_to_watch(parts.live.port))
             training.run()
         _finish(parts, folder, provenance, training.seconds)
     except Stopped as stopped:
-        say(f"stopped after step {training.step}; to resume: {again}", ERR)
+        print_line(f"stopped after step {training.step}; to resume: {again}", ERR)
         sys.exit(stopped.status)
     except (KeyboardInterrupt, OSError, SystemExit) as error:
-        say(f"the training can resume from its last training state: {again}", ERR)
+        print_line(f"the training can resume from its last training state: {again}", ERR)
         if isinstance(error, OSError):
             error.filename = error.filename or str(folder.path)  # writing to an open file names none
         raise
@@ -167,10 +168,10 @@ def _finish(parts: Parts, folder: RunFolder, provenance: dict[str, str], seconds
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # kB on Linux
     write_json(folder.resources, {"training_seconds": round(seconds, 1), "peak_memory_mb": round(peak, 1)})
     if tested:
-        say(f"actor alone on {config.test_episodes} stored test pairs:\n{table(tested)}")
-    say(f"{config.total_steps / seconds:.0f} steps/s, peak memory {peak:.0f} MB")
-    arguments = f"run={path_argument(folder.path)}{controller_argument(config)}"
-    say(f"the run is in {folder.path}; evaluate it: {python()} -m asddpg.evaluate {arguments}")
+        print_line(f"actor alone on {config.test_episodes} stored test pairs:\n{table(tested)}")
+    print_line(f"{config.total_steps / seconds:.0f} steps/s, peak memory {peak:.0f} MB")
+    arguments = f"run={shlex.quote(str(folder.path))}{controller_argument(config)}"
+    print_line(f"the run is in {folder.path}; evaluate it: {python()} -m asddpg.evaluate {arguments}")
 
 
 def test(

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack
 from dataclasses import dataclass
-from typing import Any, cast
+from typing import Any, TypeVar, cast
 
 import gymnasium
 import numpy as np
@@ -16,7 +16,7 @@ from asddpg.episodes.evaluation import EvaluationResult, evaluate
 from asddpg.episodes.finite_check import check_weights
 from asddpg.episodes.training_episodes import TrainingEpisodes
 from asddpg.errors import UserError
-from asddpg.messages import say
+from asddpg.messages import print_line
 from asddpg.observers.metrics_log import MetricsLog, read_rows, write_validation
 from asddpg.observers.progress import ProgressBar
 from asddpg.observers.step_log import StepLog
@@ -32,6 +32,8 @@ from asddpg.runs.safe_loading import controller_argument
 from asddpg.runs.signals import Stopped, StopSignals
 from asddpg.runs.training_states import TrainingStates
 from tasks.evaluation_pairs import stored_pairs
+
+Closable = TypeVar("Closable", bound=Any)  # with a method close()
 
 
 @dataclass(frozen=True)
@@ -135,17 +137,12 @@ class Training:
         from asddpg.observers.scalar_events import ScalarEvents  # slow to import: --help does without
 
         folder, episodes = self._folder, self._episodes
-        self._tensorboard = ScalarEvents(folder.tensorboard, self._saved_step)
-        _close_at_end(self._tensorboard.close, closing)
+        self._tensorboard = _closed_by(closing, ScalarEvents(folder.tensorboard, self._saved_step))
         outcomes = [row["outcome"] for row in read_rows(folder.metrics)]
-        self._log = MetricsLog(folder.metrics, folder.timing, self._tensorboard, self._seconds)
-        _close_at_end(self._log.close, closing)
-        self._steps = StepLog(folder.step_rows, folder.steps, episodes.num_finished)
-        _close_at_end(self._steps.close, closing)
-        self._bar = ProgressBar(self._config.total_steps, self.step, outcomes)
-        _close_at_end(self._bar.close, closing)
-        recorder = self._make_recorder()
-        _close_at_end(recorder.close, closing)
+        self._log = _closed_by(closing, MetricsLog(folder.metrics, folder.timing, self._tensorboard, self._seconds))
+        self._steps = _closed_by(closing, StepLog(folder.step_rows, folder.steps, episodes.num_finished))
+        self._bar = _closed_by(closing, ProgressBar(self._config.total_steps, self.step, outcomes))
+        recorder = _closed_by(closing, self._make_recorder())
         episodes.observers += [self._log, self._steps, self._bar, recorder]
         if (live := self._parts.live) is not None:
             live.stops = lambda: self._signals.number != 0
@@ -171,7 +168,7 @@ class Training:
         )
 
     def _print(self, text: str) -> None:
-        (self._bar.print_line if self._bar else say)(text)
+        (self._bar.print_line if self._bar else print_line)(text)
 
     # Validation ---------------------------------------------------------------------------------------------------
 
@@ -261,14 +258,15 @@ def validate(
     return evaluate(environment, actor_alone(agent), pairs, config.task.control_timestep, (), before_episode)
 
 
-def _close_at_end(close: Callable[[], None], closing: ExitStack) -> None:
+def _closed_by(closing: ExitStack, opened: Closable) -> Closable:
     """Close something at the end; an OSError of it must not hide an exception that ended the training."""
 
     def on_exit(kind: type[BaseException] | None, *_: object) -> None:
         try:
-            close()
+            opened.close()
         except OSError:
             if kind is None:
                 raise
 
     closing.push(on_exit)
+    return opened

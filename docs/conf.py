@@ -3,7 +3,6 @@
 import logging
 import re
 import sys
-import tomllib
 from pathlib import Path
 
 from docutils import nodes
@@ -12,11 +11,12 @@ from sphinx.util.docutils import SphinxDirective
 
 ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
+import asddpg  # noqa: E402
 
 logging.getLogger("absl").setLevel("WARNING")  # MuJoCo's greeting
 
 project = "asddpg"
-release = version = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]["version"]
+release = version = asddpg.__version__
 extensions = ["myst_parser", "sphinx.ext.autodoc", "sphinx.ext.mathjax", "sphinx.ext.napoleon", "sphinx.ext.viewcode"]
 exclude_patterns = ["runs"]
 

@@ -1,7 +1,10 @@
 """The wheel carries all it needs: installed into an empty environment, run from an empty folder, it trains."""
 
+import os
+import re
 import subprocess
 import sys
+import tomllib
 import venv
 import zipfile
 from pathlib import Path
@@ -10,6 +13,7 @@ import pytest
 
 from asddpg.runs.pretrained import names
 from tests.conftest import ROOT
+from tests.test_imports import MODULES, PACKAGES, imported
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +25,8 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def run(arguments: list[str], folder: Path) -> str:
-    done = subprocess.run(arguments, cwd=folder, capture_output=True, text=True, check=False)
+    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
+    done = subprocess.run(arguments, cwd=folder, env=environment, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
     return done.stdout
 
@@ -29,7 +34,7 @@ def run(arguments: list[str], folder: Path) -> str:
 def test_models_and_configuration_travel(wheel: Path) -> None:
     members = set(zipfile.ZipFile(wheel).namelist())
     wanted = {
-        path.relative_to(ROOT).as_posix()
+        path.relative_to(ROOT).as_posix().replace("models/", "tasks/models/", 1)
         for pattern in (
             "models/mjcf/**/*.xml",
             "models/pretrained/**/*.*",
@@ -40,7 +45,25 @@ def test_models_and_configuration_travel(wheel: Path) -> None:
     }
     assert len(wanted) > 15
     assert wanted <= members
-    assert not [name for name in members if name.startswith("tests/")]
+    assert {name.split("/")[0] for name in members} == {"asddpg", "tasks", "tools", f"{wheel.stem[:12]}.dist-info"}
+
+
+def test_every_library_that_is_imported_is_a_dependency_or_in_an_extra() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    extras = project["optional-dependencies"]
+    named = {*project["dependencies"], *(name for extra in extras.keys() - {"dev", "docs"} for name in extras[extra])}
+    declared = {re.split("[<>=]", name)[0].replace("-", "_") for name in named}
+    of_module = {"PIL": "pillow", "google": "protobuf", "yaml": "pyyaml", "hydra": "hydra_core"}
+    of_module |= {"foxglove": "foxglove_sdk", "mcap_protobuf": "mcap_protobuf_support", "OpenGL": "pyopengl"}
+    tops = {name.split(".")[0] for path in MODULES.values() for name in imported(path)}
+    tops -= {*PACKAGES, *sys.stdlib_module_names}
+    assert {of_module.get(name, name) for name in tops} <= declared
+
+
+@pytest.mark.parametrize("file", ["README.md", "docs/getting_started.md", "Makefile"])
+def test_the_documents_name_the_pythons_that_pip_accepts(file: str) -> None:
+    assert tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["requires-python"] == ">=3.11,<3.13"
+    assert "Python 3.11 or 3.12" in (ROOT / file).read_text()
 
 
 @pytest.mark.slow

@@ -30,6 +30,7 @@ from asddpg.build import make_agent, make_environment, prepare_torch
 from asddpg.command_line import train_config
 from asddpg.config import TrainConfig
 from asddpg.episodes.loop import run_episode
+from asddpg.errors import import_extra
 from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
@@ -145,7 +146,10 @@ class BenchArguments:
 
 def main(arguments: Sequence[str]) -> None:
     """Run some benchmarks, or all."""
-    for name in parse_arguments(BenchArguments, arguments).parts or PARTS:
+    parts = parse_arguments(BenchArguments, arguments).parts or PARTS
+    if "training" in parts:
+        import_extra("stable_baselines3", "bench", "comparisons of training")
+    for name in parts:
         print(f"== {name}")
         PARTS[name]()
 

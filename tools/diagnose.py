@@ -11,8 +11,8 @@ from pathlib import Path
 
 from asddpg.algorithm.agent import AsDDPG
 from asddpg.build import make_agent, make_environment, prepare_torch
-from asddpg.errors import UserError
-from asddpg.messages import say
+from asddpg.errors import UserError, import_extra
+from asddpg.messages import print_line
 from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
@@ -26,7 +26,6 @@ from tasks.evaluation_pairs import stored_pairs
 from tasks.options import between, option
 from tools.diagnosis.run_diagnosis import Examiner, to_json
 from tools.diagnosis.training_metrics import read_training_metrics
-from tools.drawing.matplotlib_check import check_matplotlib
 
 
 @dataclass(frozen=True)
@@ -50,15 +49,15 @@ def main(arguments: Sequence[str]) -> None:
     folder = open_run_folder(parsed.run)
     config, provenance = read_training(folder.config, parsed.controller)
     config.device = "cpu"
-    check_matplotlib()  # before the driving, which takes minutes
+    import_extra("matplotlib", "plots", "plots")  # before the driving, which takes minutes
     environment = make_environment(config.task, config.reward)
     agent = make_agent(config, environment, next(iter(folder.snapshots()), None))
     weights = list_weights(folder, agent, parsed.every)
     if environment_hash(environment) != provenance.get("model_hash"):
-        say("note: the scene's model is not the one this run was trained on")
+        print_line("note: the scene's model is not the one this run was trained on")
     has_steps = folder.steps.is_file()
     if agent.controller and not has_steps:
-        say(f"note: there is no {folder.steps}, so the switch's preference in training is unknown")
+        print_line(f"note: there is no {folder.steps}, so the switch's preference in training is unknown")
     # Before the driving, which takes minutes: damaged logs stop it here.
     training = read_training_metrics(folder.metrics, folder.steps if agent.controller and has_steps else None)
     pairs = stored_pairs(config.task.name, "validation", config.task.goal_radius)[: parsed.episodes]
@@ -69,12 +68,12 @@ def main(arguments: Sequence[str]) -> None:
             snapshot = examiner.examine_snapshot(_load(path, agent))
             drivers = {"actor alone": snapshot.actor, "switched policy": snapshot.switched}
             rates = [f"{name} {metrics.success_rate.value:.2f}" for name, metrics in drivers.items() if metrics]
-            say(f"step {snapshot.step}: success rate {', '.join(rates)}")
+            print_line(f"step {snapshot.step}: success rate {', '.join(rates)}")
         write_json(folder.diagnosis / "diagnosis.json", to_json(examiner.diagnosis))
         from tools.diagnosis.plots import draw  # only here: --help needs no matplotlib
 
         draw(examiner.diagnosis, environment.get_wrapper_attr("obstacles"), examiner.by_actor, folder.diagnosis)
-    say(f"written to {folder.diagnosis}")
+    print_line(f"written to {folder.diagnosis}")
 
 
 def list_weights(folder: RunFolder, agent: AsDDPG, every: int) -> list[Path]:
@@ -89,7 +88,7 @@ def list_weights(folder: RunFolder, agent: AsDDPG, every: int) -> list[Path]:
     if not snapshots and not last.is_file():
         raise UserError(f"{folder.path} has neither snapshots nor a last checkpoint: let it train up to a validation")
     if not snapshots:
-        say("note: the run kept no snapshots (validation.snapshots, validation.every); only its end is driven")
+        print_line("note: the run kept no snapshots (validation.snapshots, validation.every); only its end is driven")
         return [last]
     if last.is_file() and _load(last, agent) > _load(snapshots[-1], agent):
         snapshots.append(last)

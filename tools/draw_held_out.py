@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from asddpg.messages import say
+from asddpg.messages import print_line
 from asddpg.options.help_text import help_text
 from asddpg.options.parsing import NoArguments, parse_arguments
 from asddpg.program import run
@@ -40,7 +40,7 @@ def main(arguments: Sequence[str]) -> None:
     for task_name in ALL_TASKS:
         path = FOLDER / f"{task_name}.json"
         path.write_text(stored_text(task_name))
-        say(f"{path}: {', '.join(f'{size} {name}' for name, size in SIZES.items())} pairs")
+        print_line(f"{path}: {', '.join(f'{size} {name}' for name, size in SIZES.items())} pairs")
 
 
 if __name__ == "__main__":

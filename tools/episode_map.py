@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from asddpg.errors import UserError
+from asddpg.errors import UserError, import_extra
 from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
@@ -17,7 +17,6 @@ from tasks.graphics.rendering import Picture
 from tasks.options import argument, between, option
 from tasks.room_geometry.obstacles import Obstacles
 from tools.drawing.map_view import MapView, fit_view
-from tools.drawing.matplotlib_check import check_matplotlib
 from tools.drawing.picture_file import PNG_FILE
 from tools.recordings.driven_paths import DrivenPath, read_path
 from tools.recordings.episode_states import EpisodeStates
@@ -43,7 +42,7 @@ def main(arguments: Sequence[str]) -> None:
     if len(files) > MAX_EPISODES:
         raise UserError(f"a map shows {MAX_EPISODES} episodes at most; {len(files)} are named")
     file = parsed.file or Path(f"{files[0].stem}_map.png")
-    check_matplotlib()
+    import_extra("matplotlib", "plots", "plots")
     paths, view, picture, task = _run_again(files, parsed.size)
     from tools.recordings.map_drawing import draw_map  # only here: -h and wrong arguments need no matplotlib
 

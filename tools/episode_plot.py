@@ -8,11 +8,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from asddpg.errors import import_extra
 from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
 from tasks.options import argument, option
-from tools.drawing.matplotlib_check import check_matplotlib
 from tools.drawing.picture_file import PNG_FILE
 from tools.recordings.episode_signals import read_signals
 from tools.recordings.files import open_single
@@ -31,7 +31,7 @@ def main(arguments: Sequence[str]) -> None:
     parsed = parse_arguments(PlotArguments, arguments)
     recording = open_single(parsed.recording)
     file = parsed.file or Path(f"{recording.path.stem}_plot.png")
-    check_matplotlib()
+    import_extra("matplotlib", "plots", "plots")
     signals = read_signals(recording)
     from tools.recordings.signal_drawing import draw_signals  # only here: -h and wrong arguments need no matplotlib
 

@@ -20,7 +20,7 @@ from asddpg.config import ControllerConfig, TrainConfig
 from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone
 from asddpg.episodes.evaluation import EvaluationResult, evaluate, table
 from asddpg.errors import UserError
-from asddpg.messages import say
+from asddpg.messages import print_line
 from asddpg.observers.progress import count_episodes
 from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
@@ -78,7 +78,7 @@ def main(arguments: Sequence[str]) -> None:
             _replace(folder.path, part.path)
     finally:
         shutil.rmtree(part.path, ignore_errors=True)
-    say(f"written to {folder.path}; evaluate it: python -m asddpg.evaluate run=pretrained:{parsed.name}")
+    print_line(f"written to {folder.path}; evaluate it: python -m asddpg.evaluate run=pretrained:{parsed.name}")
 
 
 def _check_overwrite(parsed: PublishArguments) -> None:
@@ -102,7 +102,7 @@ def _fill(part: PretrainedFolder, parsed: PublishArguments, trained: Trained, se
     agent, step = _export(part, trained, config, environment)
     part.config.write_text(config_text(config, trained.provenance), encoding="utf-8")
     metrics, drives = _test(config, environment, agent, parsed.episodes)
-    say(table(metrics))
+    print_line(table(metrics))
     scene = environment_hash(environment)
     content: dict[str, object] = {
         "task": config.task.name,

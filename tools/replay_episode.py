@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from asddpg.errors import UserError
-from asddpg.messages import ERR, say
+from asddpg.messages import ERR, print_line
 from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
@@ -81,7 +81,7 @@ def main(arguments: Sequence[str]) -> None:
         except (UserError, TaskError) as error:
             if len(files) == 1:
                 raise
-            say(f"error: {error}", ERR)
+            print_line(f"error: {error}", ERR)
             status = status or 2
             continue
         same = f"the same to the last bit over {found.steps} steps, {found.outcome}"

@@ -15,10 +15,7 @@ _DRAWING = threading.RLock()
 
 @contextmanager
 def drawing_weights(seed: int = 0) -> Iterator[None]:
-    """Layers made in it draw their weights by a seed, from torch's one generator, which is then as it was before.
-
-    Two threads take turns: they would draw one another's numbers.
-    """
+    """Layers are made within it: torch's one generator is seeded, and then as before. Two threads take turns."""
     with _DRAWING, torch.random.fork_rng(devices=[]):
         torch.default_generator.manual_seed(seed)
         yield

@@ -1,20 +1,21 @@
 """The progress bar."""
 
+import os
 from collections.abc import Iterable, Mapping, Sequence
-from typing import SupportsFloat, TypeVar
+from typing import Any, SupportsFloat, TypeVar
 
 from tqdm import tqdm
 
 from asddpg.episodes.protocols import Driver, Episode, Observer, Step
-from asddpg.messages import ERR, say
+from asddpg.messages import ERR, print_line
 from asddpg.observers.metrics_log import RecentOutcomes
 
 T = TypeVar("T")
 ON_TERMINAL, IN_FILE = 0.5, 10.0  # seconds between two states; a file keeps every one of them
 
 
-def _interval() -> float:
-    return ON_TERMINAL if ERR.isatty() else IN_FILE
+def _options() -> dict[str, Any]:
+    return {"file": ERR, "mininterval": ON_TERMINAL if os.isatty(2) else IN_FILE, "dynamic_ncols": True}
 
 
 class ProgressBar(Observer):
@@ -22,9 +23,7 @@ class ProgressBar(Observer):
 
     def __init__(self, total_steps: int, steps: int = 0, outcomes: Iterable[str] = ()) -> None:
         """Go on after so many steps, and after episodes that ended so."""
-        self._bar = tqdm(
-            total=total_steps, initial=steps, unit=" steps", smoothing=0.05, mininterval=_interval(), file=ERR
-        )
+        self._bar = tqdm(total=total_steps, initial=steps, unit=" steps", smoothing=0.05, **_options())
         self._recent = RecentOutcomes(outcomes)
         self._share = 0.0
 
@@ -46,7 +45,7 @@ class ProgressBar(Observer):
     def print_line(self, text: str) -> None:
         """Print a line above the bar."""
         self._bar.clear()
-        say(text)
+        print_line(text)
         self._bar.refresh()
 
     def close(self) -> None:
@@ -56,9 +55,4 @@ class ProgressBar(Observer):
 
 def count_episodes(pairs: Sequence[T]) -> Iterable[T]:
     """The pairs of an evaluation, with a bar that counts them as they are driven."""
-    return tqdm(pairs, unit=" episodes", leave=False, mininterval=_interval(), file=ERR)
-
-
-def notify(text: str) -> None:
-    """Write a line on standard error, above the bar."""
-    tqdm.write(text, file=ERR)
+    return tqdm(pairs, unit=" episodes", leave=False, **_options())

@@ -5,10 +5,10 @@ import difflib
 import os
 from collections.abc import Mapping, Sequence
 from dataclasses import MISSING
-from typing import Any, NoReturn, TypeVar
+from typing import Any, TypeVar
 
 from asddpg.errors import UserError, truncated_repr
-from asddpg.options.habits import hydra_sentence, plain_name
+from asddpg.options.habits import hydra_sentence
 from asddpg.options.values import check_value, read_value
 from tasks.options import Option, default_of, options_of
 
@@ -74,7 +74,7 @@ def find_option(argument: str, options: Mapping[str, Option], others: Sequence[s
     if not options:
         raise UserError(f"this program takes no options, not {truncated_repr(argument)}")
     known = [*others, *options]
-    meant = plain_name(name, known)
+    meant = name.lstrip("-+~").replace("-", "_").lower()
     if not equals or not name:
         example = next((each for each in (meant, "seed") if each in known), known[-1])
         raise UserError(f"{truncated_repr(argument)} is not an option of the form name=value, such as {example}=…")
@@ -101,20 +101,14 @@ def _assign(options: Sequence[Option], plain: Sequence[str]) -> dict[str, Any]:
         if rest:
             values[option.name] = read_value(option, rest.pop(0))
     if rest:
-        _refuse_surplus(options, plain)
+        taken = f"{len(options)} argument{'s' * (len(options) > 1)} without a name at most"
+        names, shown = " and ".join(map(label, options)), ", ".join(map(truncated_repr, plain[:3]))
+        raise UserError(f"the program takes {taken}, {names}, not {len(plain)}: {shown}{', …' * (len(plain) > 3)}")
     return values
 
 
 def _item(option: Option) -> Option:
     return option._replace(kind=option.kind.__args__[0], range=None)
-
-
-def _refuse_surplus(options: Sequence[Option], plain: Sequence[str]) -> NoReturn:
-    shown = ", ".join(map(truncated_repr, plain[:3])) + ", …" * (len(plain) > 3)
-    taken = (
-        f"{len(options)} argument{'s' * (len(options) > 1)} without a name at most, {' and '.join(map(label, options))}"
-    )
-    raise UserError(f"the program takes {taken}, not {len(plain)}: {shown}")
 
 
 def is_list(option: Option) -> bool:

@@ -69,21 +69,11 @@ def _read(text: str, kinds: tuple[Any, ...]) -> Any:
         if text.lower() not in _TRUTH:
             raise ValueError
         return _TRUTH[text.lower()]
-    if not text:  # in a list
+    # It steers no terminal, and libraries that take UTF-8 alone open it as a path: UnicodeError is a ValueError.
+    if not text or "Cc" in map(unicodedata.category, os.fsencode(text).decode()):
         raise ValueError
-    if not _is_plain(text):
-        raise UserError(f"{truncated_repr(text)} holds control characters or is not UTF-8; choose another name")
     text = os.path.expanduser(text)
     return Path(text) if kind is Path else text
-
-
-def _is_plain(text: str) -> bool:
-    """Whether a text steers no terminal and, as a path, can be opened by libraries that take UTF-8 alone."""
-    try:
-        os.fsencode(text).decode("utf-8")
-    except UnicodeError:
-        return False
-    return not any(unicodedata.category(each) == "Cc" for each in text)
 
 
 def _read_list(text: str, kinds: tuple[Any, ...]) -> list[Any]:

@@ -1,6 +1,7 @@
 """The dump of a training that met NaN or an infinite number: enough to repeat the step."""
 
 import json
+import shlex
 import shutil
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -10,7 +11,7 @@ from dm_control.rl.control import PhysicsError
 
 from asddpg.episodes.finite_check import NotFiniteError
 from asddpg.errors import NumericalFailure, UserError
-from asddpg.program import path_argument, python
+from asddpg.program import python
 from asddpg.runs.run_folder import RunFolder, write_json
 from asddpg.runs.training_states import TrainingStates
 
@@ -43,7 +44,9 @@ def dump(folder: RunFolder, states: TrainingStates, failure: Failure, argument: 
         path = _write(folder, states, failure)
     except OSError as error:  # a full disk must not hide the failure
         return NumericalFailure(f"{sentence}; no dump of it could be written: {error.strerror}")
-    return NumericalFailure(f"{sentence}; to repeat it: {python()} -m asddpg.reproduce {path_argument(path)}{argument}")
+    return NumericalFailure(
+        f"{sentence}; to repeat it: {python()} -m asddpg.reproduce {shlex.quote(str(path))}{argument}"
+    )
 
 
 def _write(folder: RunFolder, states: TrainingStates, failure: Failure) -> Path:

@@ -1,8 +1,5 @@
 """Invalid arguments give one sentence and status 2 and leave nothing behind; valid ones begin the program."""
 
-import os
-import subprocess
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from types import ModuleType
@@ -11,12 +8,15 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 
 from asddpg import evaluate, play, train
-from asddpg.command_line import train_config
+from asddpg.command_line import driver_config, train_config
 from asddpg.config import EvaluateConfig, PlayConfig, TrainConfig
 from asddpg.errors import UserError
-from tests.support.entry_point import Ended, arranged, ended, made_in
+from asddpg.options.parsing import parse_arguments
+from asddpg.runs.run_folder import RunFolder, read_training
+from tests.support.entry_point import Ended, ended
 from tests.support.invalid_arguments import invalid_arguments
 from tests.support.valid_arguments import valid_arguments
+from tools.episodes import EpisodesArguments
 
 SLOW = (HealthCheck.too_slow, HealthCheck.filter_too_much, HealthCheck.function_scoped_fixture)
 
@@ -65,31 +65,6 @@ def test_invalid_arguments_are_refused(program: ModuleType, config: type, count:
     refuses()
 
 
-@pytest.mark.long
-def test_invalid_arguments_of_a_process_are_refused(tmp_path_factory: pytest.TempPathFactory) -> None:
-    @given(invalid_arguments(TrainConfig))
-    @examples(20, fixed=False)
-    def refuses(arguments: list[str]) -> None:
-        folder = tmp_path_factory.mktemp("process")
-        arranged(folder)
-        assume(all(_is_encodable(argument) for argument in arguments))
-        line = [sys.executable, "-m", "asddpg.train", *arguments]
-        done = subprocess.run(line, cwd=folder, capture_output=True, text=True, check=False)
-        assert done.stdout == ""
-        check_refused(Ended(done.returncode, done.stderr, made_in(folder)))
-
-    refuses()
-
-
-def _is_encodable(argument: str) -> bool:
-    """What no shell can hand over is left out."""
-    try:
-        os.fsencode(argument)
-    except UnicodeEncodeError:
-        return False
-    return True
-
-
 CONTRADICTIONS = (
     "at most agent.buffer_size",
     "needs a controller",
@@ -130,10 +105,22 @@ def test_valid_arguments_compose(arguments: list[str]) -> None:
     contradicts_itself(arguments)  # which raises where a single argument is invalid
 
 
-@pytest.mark.parametrize("name", ["läufe", "my runs", "a(1)", "2026", "./a.b", "$x", "運転"])
-def test_a_folder_may_be_called_as_one_likes(name: str) -> None:
-    assert train_config([f"run_dir={name}"]).run_dir == name
+NAMES = (
+    *("läufe", "my runs", "a(1)", "2026_11_29", "1e5", "yes", "12:30", "./a.b", "$x", "運転", "a,b", "O'Brien", "=x="),
+    *("[1]", "{a: b}", "#7", "-m", "???", "a\u202fb", "null.", "~nosuch"),
+)
 
 
-def test_a_tilde_is_the_users_home() -> None:
-    assert train_config(["run_dir=~/runs/1"]).run_dir == str(Path.home() / "runs/1")
+@pytest.mark.parametrize("name", NAMES)
+def test_a_folder_may_be_called_as_one_likes(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    config = train_config([f"run_dir={name}"])
+    assert config.run_dir == name
+    RunFolder(tmp_path).write_config(config, {})
+    assert read_training(tmp_path / "config.yaml")[0] == config
+    assert driver_config(PlayConfig, [f"run={name}", f"video={name}"]) == PlayConfig(run=name, video=name)
+    assert parse_arguments(EpisodesArguments, [f"./{name}"]).folder == Path(name)
+    resumed: list[str] = []
+    monkeypatch.setattr(train, "resume", lambda path, _: resumed.append(path))
+    train.main([f"resume={name}"])
+    train.main(["resume=~/a"])  # as run_dir=~/a makes it
+    assert resumed == [name, train_config(["run_dir=~/a"]).run_dir] == [name, str(Path.home() / "a")]

@@ -6,12 +6,13 @@ import subprocess
 import sys
 import warnings
 from dataclasses import MISSING, dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import pytest
 
-from asddpg.command_line import GROUPS, evaluate_config, play_config, train_config
+from asddpg.command_line import GROUPS, driver_config, train_config
 from asddpg.config import EvaluateConfig, PlayConfig, TrainConfig
 from asddpg.errors import UserError
 from asddpg.options.help_text import help_text
@@ -23,7 +24,11 @@ from tasks.options import POSITIVE, argument, option, options_of
 from tests.conftest import ROOT
 from tools.options_reference import PROGRAMS, declaration, options_reference
 
-READERS = {TrainConfig: train_config, EvaluateConfig: evaluate_config, PlayConfig: play_config}
+READERS: dict[type, Any] = {
+    TrainConfig: train_config,
+    EvaluateConfig: partial(driver_config, EvaluateConfig),
+    PlayConfig: partial(driver_config, PlayConfig),
+}
 
 
 def help_of(program: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> str:

@@ -12,10 +12,9 @@ import pytest
 from PIL import Image
 
 from asddpg import play
-from asddpg.command_line import play_config
+from asddpg.config import PlayConfig
 from asddpg.episodes.loop import run_episode
 from asddpg.episodes.protocols import Episode, Observer
-from asddpg.errors import UserError
 from asddpg.recording.files.reading import open_recording
 from tests.conftest import free_port
 from tests.support.foxglove_viewer import Viewer
@@ -88,7 +87,7 @@ def test_a_run_keeps_what_is_played_of_it(tiny_run: Path, capsys: pytest.Capture
 
 
 def test_three_episodes_are_driven_by_default() -> None:
-    assert play_config([]).episodes is None
+    assert PlayConfig().episodes is None
     assert play.EPISODES == 3
 
 
@@ -146,20 +145,3 @@ def test_cameras_are_seen_live_too(here: Path, codec: str) -> None:
     assert Image.open(io.BytesIO(pictures[-1].data)).size == (96, 64)
     films = [list(open_recording(path).messages("/camera/chase")) for path in here.glob("played_episodes/*")]
     assert [film[0].content.format for film in films] == (["h264"] if codec == "h264" else [])
-
-
-@pytest.mark.parametrize(
-    ("arguments", "sentence"),
-    [
-        ([], "play what?"),
-        (["run=pretrained:nav_moon"], "no pretrained policy"),
-        ([*POLICY, "driver=ghost"], "actor, switch or controller"),
-        ([*POLICY, "live=perhaps"], "live"),
-        ([*POLICY, "port=70000"], "from 0 to 65535"),
-        ([*POLICY, "speed=-1"], "0 or more"),
-    ],
-)
-def test_invalid_arguments_create_nothing(here: Path, arguments: list[str], sentence: str) -> None:
-    with pytest.raises(UserError, match=re.escape(sentence)):
-        play.main(arguments)
-    assert not list(here.iterdir())

@@ -11,7 +11,7 @@ from asddpg.config import ControllerConfig, TrainConfig
 from asddpg.episodes.drivers import controller_alone
 from asddpg.episodes.evaluation import ROWS, cell, evaluate
 from asddpg.episodes.intervals import Estimate
-from asddpg.messages import say
+from asddpg.messages import print_line
 from asddpg.runs.run_folder import write_json
 from tasks.evaluation_pairs import stored_pairs
 from tools.experiments.runs import current_scene, differences, digest
@@ -62,5 +62,5 @@ def _measure(config: TrainConfig, folder: Path, may_drive: bool) -> Mapping[str,
         result = evaluate(environment, driver, pairs, task.control_timestep)
         path.parent.mkdir(parents=True, exist_ok=True)
         write_json(path, setting | result.as_dict())
-        say(f"measured the controller alone: {describe(config)}")
+        print_line(f"measured the controller alone: {describe(config)}")
     return json.loads(path.read_text(encoding="utf-8"))  # type: ignore[no-any-return]

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from asddpg.errors import UserError
-from asddpg.messages import say
+from asddpg.messages import print_line
 from asddpg.runs.lock import RunLock
 from asddpg.runs.provenance import PROLONGED, RESUMED, versions
 from asddpg.runs.run_folder import RunFolder, read_config
@@ -95,4 +95,4 @@ def archive_existing(path: Path) -> None:
             pass
     kept = next(old for n in itertools.count(1) if not (old := path.with_name(f"{path.name}.old{n}")).exists())
     path.rename(kept)
-    say(f"{path} holds no run of these options and versions; it is kept as {kept} and trained anew")
+    print_line(f"{path} holds no run of these options and versions; it is kept as {kept} and trained anew")

@@ -11,7 +11,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from asddpg.errors import UserError
-from asddpg.messages import say
+from asddpg.messages import print_line
 from asddpg.runs.safe_loading import CONTROLLER
 from asddpg.runs.signals import StopSignals
 from tools.experiments.run_store import archive_existing, can_resume
@@ -36,7 +36,7 @@ def train(runs: Sequence[Run], folder: Path) -> list[Run]:
         UserError: another program is training into the folder.
         KeyboardInterrupt: Ctrl-C, SIGTERM or a closed terminal; runs in progress are stopped, finished ones are kept.
     """
-    say(f"{len(runs)} runs to train, {AT_ONCE} at a time; the output of each goes to {folder}/<run>.log")
+    print_line(f"{len(runs)} runs to train, {AT_ONCE} at a time; the output of each goes to {folder}/<run>.log")
     if not runs:
         return []
     folder.mkdir(parents=True, exist_ok=True)
@@ -52,7 +52,7 @@ def train(runs: Sequence[Run], folder: Path) -> list[Run]:
                     run = running.pop(process)
                     failed += [run] if process.returncode else []
                     ended = f"{len(runs) - len(waiting) - len(running)} of {len(runs)}"
-                    say(f"{run.title} {describe_exit(process.returncode)} ({ended})")
+                    print_line(f"{run.title} {describe_exit(process.returncode)} ({ended})")
         finally:
             _stop(running)
         if signals.number:

@@ -11,7 +11,7 @@ from asddpg.build import make_environment, navigation_env
 from asddpg.config import TrainConfig
 from asddpg.episodes.protocols import Action
 from asddpg.errors import UserError
-from asddpg.messages import ERR, say
+from asddpg.messages import ERR, print_line
 from asddpg.recording.files.reading import Recording
 from asddpg.recording.messages.path_message import DRIVER_COLOURS
 from asddpg.recording.pictures.caption import OUTCOME_COLOURS, Colour
@@ -102,7 +102,7 @@ class EpisodeStates:
                 was_same = False
                 name = self.recording.path.name
                 cause = "it was made on another machine or with other versions"
-                say(f"note: run again, {name} goes another way from step {count} on: {cause}", ERR)
+                print_line(f"note: run again, {name} goes another way from step {count} on: {cause}", ERR)
             yield count, step
 
     def _read_action(self, step: StepRecord, number: int) -> tuple[Action, int]:

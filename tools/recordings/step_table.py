@@ -2,17 +2,16 @@
 
 import csv
 from collections.abc import Mapping, Sequence
-from importlib import import_module
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 from asddpg.atomic_write import locked
-from asddpg.errors import UserError
+from asddpg.errors import UserError, import_extra
 from asddpg.recording.messages.topics import STEP_SCHEMA
 
 FILE = "file"  # the column that names the recording
 SUFFIXES = (".csv", ".parquet")
+_EXTRA = ("parquet", ".parquet files")
 
 Row = dict[str, Any]
 
@@ -57,7 +56,7 @@ def check_can_write(path: Path) -> None:
     if not path.parent.is_dir():
         raise UserError(f"the table {path} cannot be written: there is no folder {path.parent}")
     if path.suffix == ".parquet":
-        _pyarrow("pyarrow")
+        import_extra("pyarrow", *_EXTRA)
 
 
 def _write_csv(path: Path, columns: Sequence[str], rows: Sequence[Row]) -> None:
@@ -68,15 +67,8 @@ def _write_csv(path: Path, columns: Sequence[str], rows: Sequence[Row]) -> None:
 
 
 def _write_parquet(path: Path, columns: Sequence[str], rows: Sequence[Row]) -> None:
-    arrow, parquet = _pyarrow("pyarrow"), _pyarrow("pyarrow.parquet")
+    arrow, parquet = import_extra("pyarrow", *_EXTRA), import_extra("pyarrow.parquet", *_EXTRA)
     arrays = [arrow.array([row.get(name) for row in rows]) for name in columns]
     # A column without a value has no type of its own, which other programs cannot read.
     arrays = [array.cast(arrow.float64()) if arrow.types.is_null(array.type) else array for array in arrays]
     parquet.write_table(arrow.table(arrays, names=list(columns)), str(path))
-
-
-def _pyarrow(name: str) -> ModuleType:
-    try:
-        return import_module(name)
-    except ImportError as error:
-        raise UserError("a .parquet file needs pyarrow, which is not installed: pip install pyarrow") from error

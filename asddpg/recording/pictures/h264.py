@@ -3,7 +3,7 @@
 from fractions import Fraction
 from typing import Any
 
-from asddpg.errors import UserError
+from asddpg.errors import UserError, import_extra
 from tasks.graphics.rendering import Picture
 
 CODEC = "libx264"
@@ -17,12 +17,9 @@ def require_av() -> Any:
     Raises:
         UserError: it is not installed, or cannot write H.264.
     """
-    try:
-        import av
-    except ImportError as error:
-        raise UserError("video needs PyAV, which is not installed: pip install av") from error
+    av = import_extra("av", "video", "videos")
     if CODEC not in av.codecs_available:
-        raise UserError(f"video needs {CODEC}, which this build of PyAV lacks; the wheels of pip install av have it")
+        raise UserError(f"video needs {CODEC}, which this build of PyAV lacks; the wheels on PyPI have it")
     return av
 
 

@@ -14,19 +14,12 @@ ZEROS = np.zeros(2, dtype=np.float32)
 STEP = Step(ZEROS, Decision(ZEROS, Driver.POLICY), 0.0, ZEROS, False, False, {})
 
 
-class Terminal(io.StringIO):
-    """A stream that says that it is a terminal."""
-
-    def isatty(self) -> bool:
-        """It is."""
-        return True
-
-
-@pytest.mark.parametrize(("stream", "states"), [(io.StringIO(), 6), (Terminal(), 120)], ids=["file", "terminal"])
+@pytest.mark.parametrize(("is_terminal", "states"), [(False, 6), (True, 120)], ids=["file", "terminal"])
 def test_a_log_file_gets_a_state_every_ten_seconds_and_a_terminal_two_a_second(
-    stream: io.StringIO, states: int, monkeypatch: pytest.MonkeyPatch
+    is_terminal: bool, states: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    steps_done = 0
+    steps_done, stream = 0, io.StringIO()
+    monkeypatch.setattr("os.isatty", lambda _: is_terminal)
     monkeypatch.setattr("tqdm.std.time", lambda: steps_done * SECONDS_A_STEP)
     monkeypatch.setattr("sys.stderr", stream)
     bar = ProgressBar(STEPS)

@@ -123,7 +123,7 @@ def test_errors_are_one_sentence(tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     with pytest.raises(UserError, match="the film .*none/film.mp4 cannot be written: No such file or directory$"):
         Film(tmp_path / "none" / "film.mp4", environment)
     monkeypatch.setitem(sys.modules, "av", None)  # as if it were not installed
-    with pytest.raises(UserError, match="video needs PyAV, which is not installed: pip install av"):
+    with pytest.raises(UserError, match="videos need av, which is not installed: pip install .asddpg.video"):
         Film(tmp_path / "film.mp4", environment)
     assert list(tmp_path.iterdir()) == []
 

@@ -54,7 +54,7 @@ from tasks.scene.shapes import Shape, scene_parts
 from tests.conftest import ROOT, TINY
 
 PROVENANCE = Provenance("seed: 1\n", {"task": "nav_complex"})
-Say = Callable[[str], None]
+Notify = Callable[[str], None]
 
 
 def environment_of(task: str = "nav_complex") -> gymnasium.Env:
@@ -69,9 +69,9 @@ def controller_of(environment: gymnasium.Env) -> FixedDriver:
 
 
 def recorder_for(
-    folder: Path, environment: gymnasium.Env, selection: Selection | None = None, say: Say = print
+    folder: Path, environment: gymnasium.Env, selection: Selection | None = None, notify: Notify = print
 ) -> Recorder:
-    return Recorder(folder, navigation_env(environment), PROVENANCE, selection or Selection(every_nth(1)), say)
+    return Recorder(folder, navigation_env(environment), PROVENANCE, selection or Selection(every_nth(1)), notify)
 
 
 def recorded(folder: Path, task: str = "nav_complex", episodes: int = 1) -> list[Path]:
@@ -314,7 +314,7 @@ def test_a_folder_that_cannot_be_written_stops_no_training(tmp_path: Path) -> No
     (tmp_path / "episodes").write_text("in the way")
     environment = environment_of()
     said: list[str] = []
-    recorder = recorder_for(tmp_path / "episodes", environment, say=said.append)
+    recorder = recorder_for(tmp_path / "episodes", environment, notify=said.append)
     for _ in range(3):
         assert run_episode(environment, controller_of(environment), (recorder,)).steps > 0
     (sentence,) = said
@@ -325,7 +325,7 @@ def test_a_folder_that_cannot_be_written_stops_no_training(tmp_path: Path) -> No
 def test_a_full_disk_stops_no_training_and_leaves_no_file(tmp_path: Path, steps: int) -> None:
     environment = environment_of()
     sentences: list[str] = []
-    recorder = recorder_for(tmp_path, environment, say=sentences.append)
+    recorder = recorder_for(tmp_path, environment, notify=sentences.append)
     decision = Decision(np.zeros(2, dtype=np.float32), Driver.POLICY)
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (10_000, limits[1]))

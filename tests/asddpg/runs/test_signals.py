@@ -113,9 +113,3 @@ def test_a_signal_ends_a_paused_live_view(tmp_path: Path, monkeypatch: pytest.Mo
     with pytest.raises(SystemExit) as ended:
         train.main([*QUICK, "live=true", "port=0", f"run_dir={tmp_path / 'run'}"])
     assert ended.value.code == 130
-
-
-def test_signals_are_as_before_when_the_training_is_over(tmp_path: Path) -> None:
-    before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
-    train.main([*QUICK, "total_steps=50", f"run_dir={tmp_path / 'run'}"])
-    assert before == [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]

@@ -128,5 +128,5 @@ def test_invalid_arguments_are_one_sentence(arguments: list[str], sentence: str)
 
 def test_without_matplotlib_one_sentence_says_what_to_install(run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setitem(sys.modules, "matplotlib", None)  # as if it were not installed
-    with pytest.raises(UserError, match=r"pip install matplotlib"):
+    with pytest.raises(UserError, match=r"plots need matplotlib, .* pip install .asddpg.plots"):
         diagnose.main([f"run={run}"])

@@ -72,7 +72,6 @@ def test_a_chunk_that_unpacks_without_end_is_not_unpacked(
     [
         "seed: !!python/object/apply:builtins.exec [\"open('ran', 'w')\"]",
         "seed: !!python/module:theirs",
-        "device: ${oc.env:HOME}",
         "device: &a [*a]",
         "a: &a [1]\nb: *a",
     ],
