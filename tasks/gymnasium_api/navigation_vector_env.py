@@ -4,6 +4,7 @@ import copy
 import math
 import os
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import reduce
 from typing import Any
 
@@ -17,6 +18,7 @@ from tasks.errors import TaskError
 from tasks.gymnasium_api.flat_observation import Float32Array
 from tasks.gymnasium_api.navigation_env import NavigationEnv
 from tasks.gymnasium_api.robot_batch import BoolArray, RobotBatch
+from tasks.options import POSITIVE, argument, check_options
 from tasks.physics import FloatArray
 from tasks.rewards import NO_REWARD, Outcome
 
@@ -25,6 +27,15 @@ _RUNNING, _REACHED, _CRASHED, _TIMEOUT = range(4)
 _NONE = -1  # before the first reset
 
 BatchStep = tuple[Float32Array, FloatArray, BoolArray, BoolArray, dict[str, Any]]
+
+
+@dataclass
+class VectorOptions:
+    """Arguments of NavigationVectorEnv beside the single environment's."""
+
+    num_envs: int = argument("Robots.", values=POSITIVE)
+    num_threads: int | None = argument("That move the robots.", values=POSITIVE)
+    max_episode_steps: int | None = argument("Steps after which an episode is truncated.", values=POSITIVE)
 
 
 class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
@@ -43,6 +54,7 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
         num_envs: int = 1,
         autoreset_mode: str | AutoresetMode = AutoresetMode.NEXT_STEP,
         num_threads: int | None = None,
+        max_episode_steps: int | None = None,
         **kwargs: Any,
     ) -> None:
         """Load the tasks.
@@ -52,13 +64,17 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
             num_envs: robots.
             autoreset_mode: what follows an episode's end: a reset with the next step, with the same, or by the caller.
             num_threads: that move the robots; None takes one for each core of this process.
+            max_episode_steps: steps after which an episode is truncated, as by Gymnasium's TimeLimit; None or −1 for
+                the task's own limit alone.
             kwargs: of NavigationEnv.
 
         Raises:
             TaskError: an argument is out of range.
         """
+        limit = None if max_episode_steps == -1 else max_episode_steps
+        check_options(VectorOptions(num_envs, num_threads, limit))
         tasks = [task] * num_envs if isinstance(task, str) else [*task]
-        if num_envs < 1 or len(tasks) != num_envs:
+        if len(tasks) != num_envs:
             raise TaskError(f"task must be one task or num_envs, {num_envs}, of them, not {len(tasks)}")
         self.envs = _make_envs(tasks, kwargs)
         first = self.envs[0]
@@ -71,7 +87,9 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
         self._substeps = round(first.task.config.control_timestep / first.physics.timestep())
         self._batch = RobotBatch(self.envs, num_threads or len(os.sched_getaffinity(0)))
         self._observations: Float32Array = np.zeros((num_envs, math.prod(first.scan_shape) + 4), np.float32)
+        self._max_steps = limit or math.inf
         self._steps, self._outcomes = np.zeros(num_envs, np.int64), np.full(num_envs, _NONE)
+        self._over = np.ones(num_envs, np.bool_)  # no episode is in progress
         self._starts, self._goals = np.zeros((num_envs, 3)), np.zeros((num_envs, 2))
         rewards = [env.task.reward for env in self.envs]  # tasks differ in theirs
         self._reward_constants = np.array([(r.progress, r.time_penalty, r.reach, r.crash) for r in rewards]).T
@@ -110,7 +128,7 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
     def _begin_episode(self, robot: int, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
         self._observations[robot], info = self.envs[robot].reset(seed=seed, options=options)
         self._starts[robot], self._goals[robot] = info["start"], info["goal"]
-        self._steps[robot], self._outcomes[robot] = 0, _RUNNING
+        self._steps[robot], self._outcomes[robot], self._over[robot] = 0, _RUNNING, False
 
     # Step ---------------------------------------------------------------------------------------------------------
 
@@ -128,7 +146,7 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
         """
         if np.shape(actions) != (self.num_envs, 2):
             raise TaskError(f"actions are two numbers for each of {self.num_envs} robots, not {np.shape(actions)}")
-        self._resetting = self._outcomes != _RUNNING
+        self._resetting = self._over.copy()
         if self._resetting.any() and (_NONE in self._outcomes or self.autoreset_mode != AutoresetMode.NEXT_STEP):
             raise gymnasium.error.ResetNeeded("a robot has no episode in progress: call reset() before step()")
         resetting, speeds = self._resetting.tolist(), self._wheel_speeds(np.asarray(actions, dtype=np.float64))
@@ -151,13 +169,15 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
         self._judge(driven)
         self._reward(driven, previous.distance)
         self._observe(driven)
-        ended, truncated = self._outcomes != _RUNNING, self._outcomes == _TIMEOUT
+        terminated = (self._outcomes == _REACHED) | (self._outcomes == _CRASHED)
+        truncated = (self._outcomes == _TIMEOUT) | (driven & (self._steps >= self._max_steps))
+        self._over = terminated | truncated
         rewards = reduce(np.add, self._terms.values())
         final: dict[str, Any] = {}
-        if self.autoreset_mode == AutoresetMode.SAME_STEP and ended.any():
-            final = self._begin_next(ended)
+        if self.autoreset_mode == AutoresetMode.SAME_STEP and self._over.any():
+            final = self._begin_next(self._over.copy())
         info = _masked(self._info(), np.ones(self.num_envs, np.bool_))
-        return self._observations.copy(), rewards, ended & ~truncated, truncated, info | final
+        return self._observations.copy(), rewards, terminated, truncated, info | final
 
     def _begin_next(self, ended: BoolArray) -> dict[str, Any]:
         """Begin the next episode where one has ended; returns observations and info of the ends."""
@@ -231,7 +251,7 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
 
     def state(self) -> dict[str, Any]:
         """Everything that the steps and episodes to come depend on: the state of each robot's environment."""
-        return {"envs": [self._env_state(robot) for robot in range(self.num_envs)]}
+        return {"envs": [self._env_state(robot) for robot in range(self.num_envs)], "over": self._over.copy()}
 
     def _env_state(self, robot: int) -> dict[str, Any]:
         state, outcome = self.envs[robot].state(), int(self._outcomes[robot])
@@ -262,7 +282,7 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
             for name, values in self._terms.items():
                 values[robot] = task["reward_terms"][name]
             self._batch.read(robot)
-        self._readings = self._batch.readings(self._goals)
+        self._readings, self._over = self._batch.readings(self._goals), state["over"].copy()
         return self._observations.copy(), _masked(self._info(), self._outcomes != _NONE)
 
     # Pictures -----------------------------------------------------------------------------------------------------
