@@ -116,31 +116,3 @@ def test_an_episode_that_gymnasiums_limit_ends_is_a_timeout() -> None:
     still = FixedDriver(lambda _: Decision(np.zeros(2, dtype=np.float32), Driver.CONTROLLER))
     episode = run_episode(gymnasium.make(ID, **LIMITED), still)
     assert (episode.steps, episode.outcome) == (5, "timeout")
-
-
-# Stable-Baselines3 ------------------------------------------------------------------------------------
-
-
-@pytest.mark.long
-@pytest.mark.parametrize("algorithm", ["DDPG", "TD3", "SAC", "PPO"])
-def test_stable_baselines_learns_in_processes_that_import_nothing_of_ours(algorithm: str) -> None:
-    library = pytest.importorskip("stable_baselines3")
-    from stable_baselines3.common import env_util, vec_env
-
-    method = {"start_method": "forkserver" if algorithm == "PPO" else "spawn"}
-    vector = env_util.make_vec_env(f"tasks:{ID}", 2, seed=0, vec_env_cls=vec_env.SubprocVecEnv, vec_env_kwargs=method)
-    stacked = vec_env.VecNormalize(vec_env.VecFrameStack(vector, 2))
-    model = getattr(library, algorithm)("MlpPolicy", stacked, device="cpu", seed=0).learn(3000)
-    vector.close()
-    assert model.ep_info_buffer
-    assert all(episode["l"] <= 200 for episode in model.ep_info_buffer)
-    assert set(map(type, model.ep_success_buffer)) == {bool}
-
-
-@pytest.mark.long
-def test_stable_baselines_checker_finds_no_fault() -> None:
-    check_env = pytest.importorskip("stable_baselines3.common.env_checker").check_env
-    environment = gymnasium.make(ID)
-    with pytest.warns(UserWarning, match="symmetric and normalized"):  # it recommends [−1, 1] …
-        check_env(environment)
-    check_env(wrappers.RescaleAction(environment, np.float32(-1.0), np.float32(1.0)))  # … which this wrapper gives
