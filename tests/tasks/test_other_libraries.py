@@ -96,7 +96,7 @@ def test_stable_baselines_learns(algorithm: str) -> None:
     from stable_baselines3.common.env_util import make_vec_env
     from stable_baselines3.common.vec_env import SubprocVecEnv, VecFrameStack, VecNormalize
 
-    processes = {"vec_env_cls": SubprocVecEnv, "vec_env_kwargs": {"start_method": "spawn"}}
+    processes: Any = {"vec_env_cls": SubprocVecEnv, "vec_env_kwargs": {"start_method": "spawn"}}
     env = VecNormalize(VecFrameStack(make_vec_env(f"tasks:{ID}", n_envs=2, seed=0, **processes), n_stack=2))
     model = getattr(library, algorithm)("MlpPolicy", env, device="cpu", seed=0)
     model.learn(total_timesteps=3000)
