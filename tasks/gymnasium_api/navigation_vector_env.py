@@ -108,8 +108,9 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
             options: `start` and `goal` of NavigationEnv, the same for all; `reset_mask`, bool (num_envs,), the robots
                 that begin an episode, in place of all.
         """
-        seeds = [None] * self.num_envs if seed is None else seed
-        seeds = [seeds + robot for robot in range(self.num_envs)] if isinstance(seeds, int) else seeds
+        seeds: Sequence[int | None] = [None] * self.num_envs
+        if seed is not None:
+            seeds = seed if isinstance(seed, Sequence) else [int(seed) + robot for robot in range(self.num_envs)]
         options = dict(options or {})
         mask = np.asarray(options.pop("reset_mask", np.ones(self.num_envs, np.bool_)))
         if len(seeds) != self.num_envs or mask.shape != (self.num_envs,) or mask.dtype != np.bool_ or not mask.any():
