@@ -10,26 +10,30 @@ from typing import IO, Any
 
 
 def write_whole(
-    path: Path, content: bytes | memoryview, on_existing: Callable[[Path], object] = lambda _: None
+    path: Path,
+    content: bytes | memoryview,
+    on_existing: Callable[[Path], object] = lambda _: None,
+    suffix: str = ".part",
 ) -> None:
-    """Write a file and flush it to the disk before it takes its name.
+    """Write a file and flush it to the disk before it takes its name; until then it has this suffix too.
 
-    `on_existing` is called with a file that is there already; no other process writes the file between.
+    `on_existing` is called with a file that is there already, right before it is replaced; no other process writes the
+    file between.
 
     Raises:
         OSError: it could not be written; what was there before is as it was.
     """
-    part = path.with_name(path.name + ".part")
+    part = path.with_name(path.name + suffix)
     with locked(path.parent):
-        if path.exists():
-            on_existing(path)
         try:
             with part.open("wb") as file:
                 file.write(content)
                 file.flush()
                 os.fsync(file.fileno())
+            if path.exists():
+                on_existing(path)
             part.replace(path)
-        except OSError:
+        except BaseException:
             part.unlink(missing_ok=True)  # it takes disk space that others need
             raise
 

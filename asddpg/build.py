@@ -2,8 +2,10 @@
 
 import re
 import sys
+import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import fields
 from pathlib import Path
 
 import gymnasium
@@ -34,12 +36,12 @@ from asddpg.recording.live.live_view import LiveView
 from asddpg.recording.pictures.cameras import Cameras
 from tasks import NavigationConfig, Reward, gymnasium_id
 from tasks.gymnasium_api.navigation_env import NavigationEnv
-from tasks.options import build_options
 
 
 def make_environment(task: TaskConfig, reward: Reward) -> gymnasium.Env:
     """The task as a Gymnasium environment, actions in m/s and rad/s."""
-    config = build_options(NavigationConfig, "task", task)  # what a spec's JSON can hold
+    # Without the fields of TaskConfig: a spec's JSON holds the task's own.
+    config = NavigationConfig(**{each.name: getattr(task, each.name) for each in fields(NavigationConfig)})
     return gymnasium.make(gymnasium_id(task.name), reward=reward, config=config, num_scans=task.num_scans)
 
 
@@ -164,21 +166,32 @@ def check_device(device: str) -> None:
         raise UserError(f"there is no device {device!r}; the processor is cpu")
 
 
+_settings = threading.Lock()
+_users: list[tuple[int, torch.dtype]] = []  # settings of the process before the first of those who changed them
+
+
 @contextmanager
 def prepare_torch() -> Iterator[None]:
-    """One thread, float32, gradients, no denormals, for a `with` or a function; then all is as the caller had it.
+    """One thread, float32, the CPU, gradients, no denormals, for a `with` or a function; then all is as it was.
 
     Small networks gain nothing from a second thread and lose much to it beside another process. Adam's moments of tiny
     gradients become denormal numbers, on which a CPU is many times slower.
     """
-    threads, dtype, was_flushed = torch.get_num_threads(), torch.get_default_dtype(), sys.float_info.min / 2 == 0.0
-    torch.set_num_threads(1)
-    torch.set_default_dtype(torch.float32)
+    was_flushed, device = sys.float_info.min / 2 == 0.0, torch.get_default_device()  # of this thread
+    with _settings:
+        _users.append(_users[0] if _users else (torch.get_num_threads(), torch.get_default_dtype()))
+        torch.set_num_threads(1)
+        torch.set_default_dtype(torch.float32)
     torch.set_flush_denormal(True)
+    torch.set_default_device(None)
     try:
-        with torch.inference_mode(False), torch.enable_grad():
+        with torch.inference_mode(False), torch.enable_grad(), torch.autocast("cpu", enabled=False):
             yield
     finally:
-        torch.set_num_threads(threads)
-        torch.set_default_dtype(dtype)
+        with _settings:
+            threads, dtype = _users.pop()
+            if not _users:
+                torch.set_num_threads(threads)
+                torch.set_default_dtype(dtype)
         torch.set_flush_denormal(was_flushed)
+        torch.set_default_device(None if device.type == "cpu" else device)

@@ -46,8 +46,10 @@ def main(arguments: Sequence[str]) -> None:
     finally:
         recorder.close()
     content = _content(config, setup, pairs_name, result)
-    write_json(file, content | ({"recordings": recorder.folder.name} if recorder.files else {}), keeps_old=True)
-    print_line(f"{setup.title}, {task.name}, {pairs_name}\n{table({setup.name: result})}")
+    try:
+        write_json(file, content | ({"recordings": recorder.folder.name} if recorder.files else {}), keeps_old=True)
+    finally:  # a full disk does not take the result too
+        print_line(f"{setup.title}, {task.name}, {pairs_name}\n{table({setup.name: result})}")
     print_line(f"written to {file}")
     if recorder.files:
         print_line(how_to_open(recorder.files, recorder.folder))

@@ -31,7 +31,7 @@ class MessageStream:
         """Nothing is kept back."""
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(getattr(sys, self._name), name)  # tqdm asks for encoding and fileno
+        return getattr(getattr(sys, self._name), name)  # tqdm reads encoding and fileno
 
 
 def is_gone(error: Exception) -> bool:

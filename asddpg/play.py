@@ -55,14 +55,15 @@ def main(arguments: Sequence[str]) -> None:
         print_line(f"{setup.title}, {setup.config.task.name}, seed={seed}")
         if live is not None:
             print_line(f"{how_to_watch(live.port)}\nwaiting for a viewer; Ctrl-C ends")
-        closing.callback(lambda: _print_files(config, recorder))
+        closing.callback(lambda: _print_files(config, recorder, film))
         setup.environment.reset(seed=seed)
         _drive_episodes(config, setup, driver, observers, recorder)
 
 
-def _print_files(config: PlayConfig, recorder: Recorder) -> None:
+def _print_files(config: PlayConfig, recorder: Recorder, film: Film | None) -> None:
     recorder.close()
-    if config.video is not None:
+    if film is not None:
+        film.close()
         print_line(f"the film is {config.video}")
     if recorder.files:
         print_line(how_to_open(recorder.files, recorder.folder))
@@ -73,7 +74,7 @@ def _drive_episodes(
 ) -> None:
     count = config.episodes or (None if config.live else EPISODES)
     for number in itertools.count(1) if count is None else range(1, count + 1):
-        if OUT.is_broken:  # nobody reads along
+        if OUT.is_broken:  # its reader is gone
             return
         files = recorder.files
         episode = run_episode(setup.environment, driver, observers)

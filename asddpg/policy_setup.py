@@ -55,7 +55,8 @@ class DriverSetup:
     ) -> Recorder:
         """A recorder of episodes along these pairs, with the pictures of cameras, into a folder of its own."""
         folder = self.out / folder_name
-        folder = claim_folder(folder) if is_recorded(record) else folder
+        owns_folder = is_recorded(record)
+        folder = claim_folder(folder) if owns_folder else folder
         versions = current_versions(self.environment)
         provenance = recording_provenance(self.config, versions, driver=self.name, pairs=pairs, **self.checkpoint)
         # Outcomes alone select all episodes that end so.
@@ -63,7 +64,15 @@ class DriverSetup:
         selection = Selection(lambda number: regularly(number) or number in record.only, record.outcomes)
         environment = navigation_env(self.environment)
         return Recorder(
-            folder, environment, provenance, selection, log, first_step=self.step, counts_steps=False, cameras=cameras
+            folder,
+            environment,
+            provenance,
+            selection,
+            log,
+            first_step=self.step,
+            counts_steps=False,
+            cameras=cameras,
+            owns_folder=owns_folder,
         )
 
 

@@ -40,7 +40,7 @@ def run(main: Callable[[Sequence[str]], None], usage: str) -> None:
     except PhysicsError as error:
         _fail(f"the simulation broke down, most likely by an action that is not finite: {error}", 1)
     except OSError as error:  # a full disk, a folder that is not writable
-        if error.filename is None and is_gone(error):  # whoever read along, such as head, has seen enough
+        if error.filename is None and is_gone(error):  # the reader is gone, such as head
             sys.exit(1)
         _fail(f"{error.filename or 'a file or a stream'} cannot be read or written: {error.strerror or error}", 2)
     except MemoryError as error:

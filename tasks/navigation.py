@@ -132,6 +132,10 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
             raise TaskError(f"a start must leave the robot free; at {place} it touches an obstacle")
         self._next_pair = start, goal
 
+    def drop_next_pair(self) -> None:
+        """Draw the next start and goal again."""
+        self._next_pair = None
+
     def move_goal(self, physics: Physics, goal: tuple[float, float]) -> None:
         """Change the goal of the episode in progress; the next step's progress is measured towards it.
 

@@ -4,6 +4,7 @@ The same declaration checks a value that a program passes, a value of a stored c
 and it becomes `--help` and the reference of the documentation.
 """
 
+import copy
 import dataclasses
 import math
 import reprlib
@@ -156,7 +157,7 @@ def check_options(config: Any) -> None:
         TaskError: the first that is out of range.
     """
     for name, value in vars(config).items():
-        if isinstance(value, np.generic):  # JSON knows numbers of Python; float32's 0.2 becomes 0.2
+        if isinstance(value, np.generic):  # JSON has Python's numbers; float32's 0.2 becomes 0.2
             setattr(config, name, float(str(value)) if isinstance(value, np.floating) else value.item())
     for each in options_of(config):
         if requirement := each.requirement(each.value):
@@ -164,14 +165,16 @@ def check_options(config: Any) -> None:
 
 
 def build_options(owner: type[T], name: str, value: Any) -> T:
-    """An object of a class of options: a copy, checked again, or one made of a mapping of its options by name.
+    """An object of a class of options, or of a derived one: a copy, checked again, or made of a mapping by name.
 
     Raises:
         TaskError: neither; an unknown option; a value out of range.
     """
     names = [each.name for each in dataclasses.fields(typing.cast(Any, owner))]
     if isinstance(value, owner):
-        return owner(**{each: getattr(value, each) for each in names})
+        copied: Any = copy.deepcopy(value)
+        copied.__post_init__()
+        return typing.cast(T, copied)
     if not isinstance(value, Mapping):
         raise TaskError(f"{name} must be a {owner.__name__} or a mapping of its options, not {reprlib.repr(value)}")
     for key in value:

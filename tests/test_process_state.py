@@ -21,7 +21,6 @@ def process_state() -> dict[str, Any]:
     import matplotlib
     import numpy
     import torch
-    from hydra.core.global_hydra import GlobalHydra
 
     loggers = (logging.root, logging.getLogger("absl"))
     return {
@@ -36,7 +35,6 @@ def process_state() -> dict[str, Any]:
         "signals": [signal.getsignal(number) for number in signal.valid_signals()],
         "hooks": (sys.excepthook, sys.displayhook, sys.unraisablehook, threading.excepthook),
         "limits": (sys.getrecursionlimit(), sys.getswitchinterval(), gc.get_threshold(), gc.isenabled()),
-        "hydra": GlobalHydra.instance().is_initialized(),
         "matplotlib": dict(matplotlib.rcParams),
     }
 

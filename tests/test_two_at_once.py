@@ -89,6 +89,15 @@ def test_each_gets_a_folder_of_its_own(tmp_path: Path) -> None:
     assert set(claimed) == set((tmp_path / "new").iterdir())
 
 
+def test_a_result_that_cannot_be_written_leaves_the_last_one(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "evaluation.json"
+    write_json(path, {"number": 1}, keeps_old=True)
+    monkeypatch.setattr(os, "fsync", lambda _: (_ for _ in ()).throw(OSError(28, "no space")))
+    with pytest.raises(OSError, match="no space"):
+        write_json(path, {"number": 2}, keeps_old=True)
+    assert {each.name: json.loads(each.read_text()) for each in tmp_path.iterdir()} == {path.name: {"number": 1}}
+
+
 def test_results_are_whole_and_none_is_lost(tmp_path: Path) -> None:
     path = tmp_path / "evaluation.json"
     assert not at_once(lambda number: write_json(path, {"number": number, "long": "x" * 10**6}, keeps_old=True))

@@ -15,7 +15,7 @@ _DRAWING = threading.RLock()
 
 @contextmanager
 def drawing_weights(seed: int = 0) -> Iterator[None]:
-    """Layers are made within it: torch's one generator is seeded, and then as before. Two threads take turns."""
+    """Seed torch's generator for the layers made within, then restore it; one thread at a time."""
     with _DRAWING, torch.random.fork_rng(devices=[]):
         torch.default_generator.manual_seed(seed)
         yield

@@ -24,8 +24,6 @@ def read_value(option: Option, text: str) -> Any:
     Raises:
         UserError: it is of another type, or out of range.
     """
-    if "${" in text:
-        raise UserError(f"{option.name} refers to a value by ${{…}}, in {truncated_repr(text)}; write the value itself")
     if not text:
         raise UserError(f"{option.name}= gives {option.name} no value; write one, or leave {option.name} out")
     kinds = alternatives(option.kind)

@@ -75,6 +75,7 @@ class Recorder:
         first_episode: int = 0,
         counts_steps: bool = True,
         cameras: Cameras | None = None,
+        owns_folder: bool = False,
     ) -> None:
         """Record into a folder.
 
@@ -88,6 +89,7 @@ class Recorder:
             first_episode: episodes that were driven before.
             counts_steps: whether the observed steps are training steps.
             cameras: their pictures are recorded too.
+            owns_folder: whether the folder was made for this recorder; without files it is deleted at the end.
         """
         self.folder, self._facts, self._selection, self._notify = folder, provenance.facts, selection, notify
         self._config = pack_config(provenance.config)
@@ -104,7 +106,7 @@ class Recorder:
         self._stats = Episode()  # up to the last one that was written
         self._info: Mapping[str, Any] = {}  # of that one
         self._steps, self._episodes = first_step, first_episode
-        self._counts_steps = counts_steps
+        self._counts_steps, self._owns_folder = counts_steps, owns_folder
         self._has_failed = False
         self.files = 0
         self.last: Path | None = None
@@ -136,8 +138,9 @@ class Recorder:
         if self._file is not None:
             self._try(self._publish)
             self.end_episode(self._stats)
-        with suppress(OSError):
-            self.folder.rmdir()
+        if self._owns_folder:
+            with suppress(OSError):
+                self.folder.rmdir()
 
     # Files --------------------------------------------------------------------------------------------------------
 

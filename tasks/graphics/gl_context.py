@@ -101,7 +101,7 @@ def _library(backend: str) -> Any:
 
 
 def _error(backend: str, error: Exception) -> TaskError:
-    """The error that says why a graphics library fails, and what helps."""
+    """The error of a graphics library that fails: cause and remedy."""
     reason = " ".join(str(error).split()).rstrip(".")
     platform, device = os.environ.get(_PLATFORM, backend), os.environ.get(_DEVICE)
     advice = f"on Debian: apt-get install --no-install-recommends {PACKAGES[backend]}"

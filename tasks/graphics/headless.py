@@ -25,6 +25,8 @@ class _RenderWhenUsed(ModuleType):
 try:
     import mujoco
 except (ImportError, AttributeError, RuntimeError):  # what PyOpenGL raises for a missing library
+    if "MUJOCO_GL" not in os.environ:
+        raise
     backend = os.environ["MUJOCO_GL"]
     os.environ["MUJOCO_GL"] = "disable"
     try:

@@ -1,6 +1,6 @@
 """One thread of a process for all of its pictures: an OpenGL context belongs to one thread, and to one process.
 
-Any thread may ask for a picture, and no thread's own context is touched. A forked process starts a thread of its own.
+Any thread may draw, and no thread's own context is touched. A forked process starts a thread of its own.
 """
 
 import atexit

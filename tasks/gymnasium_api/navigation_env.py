@@ -118,9 +118,13 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
             options: `start` (x, y, yaw) and `goal` (x, y), metres and radians, for this episode alone; a goal alone
                 starts at the origin.
         """
-        if options:
+        if options is not None and options != {}:
             self._set_next_pair(options)
-        super().reset(seed=seed)
+        try:
+            super().reset(seed=seed)
+        except gymnasium.error.Error:  # an invalid seed
+            self.task.drop_next_pair()
+            raise
         self.task.rng = self.np_random
         if seed is not None or not self._begun:
             self.task.laser.rng = self.np_random.spawn(1)[0]

@@ -112,6 +112,16 @@ def test_info_has_the_same_keys_and_types_at_reset_and_at_each_step(
     assert all((info["start"], info["goal"]) == ((0.0, 0.0, 0.0), goal) for info in infos)
 
 
+def test_a_derived_reward_is_the_one_that_is_paid() -> None:
+    class Fined(tasks.Reward):
+        def terms(self, *arguments: Any) -> dict[str, float]:
+            return super().terms(*arguments) | {"time": -100.0}
+
+    environment = gymnasium.make(ID, reward=Fined())
+    environment.reset(seed=0)
+    assert float(environment.step(np.array([0.0, 0.5]))[1]) < -99.0
+
+
 def test_an_episode_that_gymnasiums_limit_ends_is_a_timeout() -> None:
     still = FixedDriver(lambda _: Decision(np.zeros(2, dtype=np.float32), Driver.CONTROLLER))
     episode = run_episode(gymnasium.make(ID, **LIMITED), still)

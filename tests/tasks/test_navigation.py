@@ -142,6 +142,15 @@ def test_a_start_where_the_robot_does_not_fit_is_refused_and_the_episode_goes_on
     np.testing.assert_equal(environment.reset(), expected.reset())
 
 
+def test_a_reset_that_an_invalid_seed_refuses_changes_nothing() -> None:
+    environment, expected = make(), make()
+    for each in (environment, expected):
+        each.reset(seed=1)
+    with pytest.raises(gymnasium.error.Error):
+        environment.reset(seed=-1, options={"goal": (1.5, 1.5)})
+    np.testing.assert_equal(environment.reset(), expected.reset())
+
+
 def test_a_step_after_the_end_is_refused() -> None:
     environment = make()
     drive(environment, (0.5, 0.0), (2.5, 0.0))

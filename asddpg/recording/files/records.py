@@ -91,7 +91,7 @@ def write_records(
         UserError: it cannot be written.
     """
     try:
-        write_whole(path, _encode(records), on_existing)
+        write_whole(path, _encode(records), on_existing, suffix=".new")  # .part is that of the source
     except OSError as error:
         raise UserError(f"{path} cannot be written: {error.strerror}") from error
 

@@ -248,6 +248,14 @@ def test_nothing_is_overwritten(part: Path, tmp_path: Path) -> None:
     assert there.read_text() == "mine"
 
 
+def test_the_rest_stays_whatever_the_new_file_is_called(part: Path, tmp_path: Path) -> None:
+    source, target = tmp_path / "a.mcap.part", tmp_path / "a.mcap"
+    source.write_bytes(part.read_bytes())
+    recover.main([str(source), str(target)])
+    assert source.read_bytes() == part.read_bytes()
+    assert open_recording(target).steps()
+
+
 def test_a_full_disk_leaves_nothing(part: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def full(_: int) -> None:
         raise OSError(28, "No space left on device")
