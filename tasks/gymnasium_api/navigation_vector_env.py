@@ -17,7 +17,7 @@ from tasks.constants import MAX_RANGE, TRACK, TURN_RATE_LIMIT, WHEEL_RADIUS
 from tasks.errors import TaskError
 from tasks.gymnasium_api.flat_observation import Float32Array
 from tasks.gymnasium_api.navigation_env import NavigationEnv
-from tasks.gymnasium_api.robot_batch import BoolArray, RobotBatch
+from tasks.gymnasium_api.robot_batch import BoolArray, RobotBatch, columns
 from tasks.options import POSITIVE, argument, check_options
 from tasks.physics import FloatArray
 from tasks.rewards import NO_REWARD, Outcome
@@ -192,10 +192,10 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
     def _wheel_speeds(self, actions: FloatArray) -> list[list[float]]:
         """Speeds of the left and the right wheel, rad/s, as Navigation.before_step() commands one robot's."""
         config = self.envs[0].task.config
-        linear = np.clip(actions[:, 0], config.min_linear_velocity, config.max_linear_velocity)
-        angular = np.clip(actions[:, 1], -config.max_angular_velocity, config.max_angular_velocity)
-        half_turn = 0.5 * TRACK * np.clip(angular, -TURN_RATE_LIMIT, TURN_RATE_LIMIT)
-        speeds: list[list[float]] = (np.stack((linear - half_turn, linear + half_turn), axis=1) / WHEEL_RADIUS).tolist()
+        linear = np.minimum(np.maximum(actions[:, 0], config.min_linear_velocity), config.max_linear_velocity)
+        turn_rate = min(config.max_angular_velocity, TURN_RATE_LIMIT)
+        half_turn = 0.5 * TRACK * np.minimum(np.maximum(actions[:, 1], -turn_rate), turn_rate)
+        speeds: list[list[float]] = (columns(linear - half_turn, linear + half_turn) / WHEEL_RADIUS).tolist()
         return speeds
 
     def _judge(self, driven: BoolArray) -> None:
