@@ -22,7 +22,7 @@ help:
 
 # Installing writes the stamp last: an interrupted install is begun again.
 $(VENV)/made:
-	$(PYTHON) -c 'import sys; sys.exit((3, 11) <= sys.version_info[:2] < (3, 13) and 0 or "asddpg needs Python 3.11 or 3.12, named so: make PYTHON=python3.12")'
+	$(PYTHON) -c 'import sys; sys.exit(0 if (3, 11) <= sys.version_info[:2] < (3, 13) else "asddpg needs Python 3.11 or 3.12: make PYTHON=python3.12")'
 	$(PYTHON) -m venv $(VENV)
 	@touch $@
 
