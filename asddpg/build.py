@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import fields
 from pathlib import Path
+from typing import Any
 
 import gymnasium
 import numpy as np
@@ -167,7 +168,7 @@ def check_device(device: str) -> None:
 
 
 _settings = threading.Lock()
-_users: list[tuple[int, torch.dtype]] = []  # settings of the process before the first of those who changed them
+_before: list[list[Any]] = []  # settings of the process when prepare_torch() was entered, the last entry last
 
 
 @contextmanager
@@ -179,7 +180,8 @@ def prepare_torch() -> Iterator[None]:
     """
     was_flushed, device = sys.float_info.min / 2 == 0.0, torch.get_default_device()  # of this thread
     with _settings:
-        _users.append(_users[0] if _users else (torch.get_num_threads(), torch.get_default_dtype()))
+        mine: list[Any] = [torch.get_num_threads(), torch.get_default_dtype()]
+        _before.append(mine)
         torch.set_num_threads(1)
         torch.set_default_dtype(torch.float32)
     torch.set_flush_denormal(True)
@@ -189,9 +191,12 @@ def prepare_torch() -> Iterator[None]:
             yield
     finally:
         with _settings:
-            threads, dtype = _users.pop()
-            if not _users:
-                torch.set_num_threads(threads)
-                torch.set_default_dtype(dtype)
+            place = next(index for index, each in enumerate(_before) if each is mine)
+            del _before[place]
+            if place < len(_before):
+                _before[place][:] = mine  # another thread entered later and still needs its own: it restores these
+            else:
+                torch.set_num_threads(mine[0])
+                torch.set_default_dtype(mine[1])
         torch.set_flush_denormal(was_flushed)
         torch.set_default_device(None if device.type == "cpu" else device)

@@ -12,6 +12,7 @@ import pytest
 import torch
 
 from asddpg import evaluate, play, train
+from asddpg.build import prepare_torch
 from asddpg.program import python
 from tests.support.small_runs import QUICK, assert_same_run, newest_state
 
@@ -84,6 +85,20 @@ def settings() -> list[object]:
     has_denormals = sys.float_info.min / 2 > 0
     draws = torch.get_rng_state().tolist()
     return [*handlers, torch.get_num_threads(), torch.get_default_dtype(), has_denormals, draws]
+
+
+def test_settings_return_with_the_last_of_two_threads_that_end_in_any_order() -> None:
+    first, second, before = prepare_torch(), prepare_torch(), torch.get_default_dtype()
+    torch.set_default_dtype(torch.float64)
+    try:
+        first.__enter__()
+        second.__enter__()
+        first.__exit__(None, None, None)
+        assert torch.get_default_dtype() == torch.float32
+        second.__exit__(None, None, None)
+        assert torch.get_default_dtype() == torch.float64
+    finally:
+        torch.set_default_dtype(before)
 
 
 def test_a_caller_finds_its_settings_as_they_were(unbroken: Path, run: Path) -> None:
