@@ -74,7 +74,7 @@ class RecordingFile:
         """
         self._part_writer.flush()
         if self._part_file is None:
-            self._folder.mkdir(parents=True, exist_ok=True)
+            self._make_folder()
             self._part_file = self._part.open("wb")
         self._part_file.write(self._part_content.getbuffer()[self._written :])
         self._part_file.flush()
@@ -87,12 +87,15 @@ class RecordingFile:
             OSError: it could not be written.
         """
         self._writer.close()
-        if self._part_file is None:
-            self._folder.mkdir(parents=True, exist_ok=True)
+        self._make_folder()
         self._new.write_bytes(self._content.getbuffer())
         path = self._new.rename(self._folder / f"{self._stem}_{outcome}{MCAP}")
         self.drop()
         return path
+
+    def _make_folder(self) -> None:
+        if not self._folder.is_dir():  # which costs a twentieth of mkdir
+            self._folder.mkdir(parents=True, exist_ok=True)
 
     def drop(self) -> None:
         """End the recording and delete what is not complete."""
