@@ -294,9 +294,10 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
 
     def close_extras(self, **kwargs: Any) -> None:
         """End the threads and free the renderers."""
-        self._batch.close()
-        for env in self.envs:
-            env.close()
+        if hasattr(self, "_batch"):  # Gymnasium 1.1 closes what a refused argument left unfinished, too
+            self._batch.close()
+            for env in self.envs:
+                env.close()
 
 
 def _make_envs(tasks: Sequence[str], kwargs: Mapping[str, Any]) -> list[NavigationEnv]:
