@@ -12,6 +12,7 @@ import subprocess
 import sys
 import threading
 import time
+import warnings
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
@@ -96,6 +97,7 @@ def forked_workers() -> None:
 
 
 def bare_fork() -> None:
+    warnings.simplefilter("ignore", DeprecationWarning)  # Python 3.12's own, of a fork beside threads
     env = make_env()
     env.render()
     for is_rendering in (False, True):
