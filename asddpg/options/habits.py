@@ -1,4 +1,4 @@
-"""Sentences that lead on from the command lines of other programs: Hydra's and argparse's."""
+"""What to write in place of arguments in the syntax of other programs, Hydra's and argparse's."""
 
 import re
 

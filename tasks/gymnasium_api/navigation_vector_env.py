@@ -274,6 +274,7 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
         """
         if len(state["envs"]) != self.num_envs:
             raise TaskError(f"the state is of {len(state['envs'])} robots, and the environment has {self.num_envs}")
+        self._terms = {name: values.copy() for name, values in self._terms.items()}  # an info may hold the present ones
         for robot, (env, each) in enumerate(zip(self.envs, state["envs"], strict=True)):
             self._observations[robot], info = env.load_state(each)
             task = each["task"]
