@@ -1,6 +1,7 @@
 """Drive to a goal without touching anything: the task of the paper."""
 
 import math
+import reprlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
@@ -182,9 +183,16 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
     # Step ---------------------------------------------------------------------------------------------------------
 
     def before_step(self, action: FloatArray, physics: Physics) -> None:
-        """Command the wheels; a command out of bounds is clipped to them."""
+        """Command the wheels; a command out of bounds is clipped to them.
+
+        Raises:
+            TaskError: it is not two numbers.
+        """
         limits = self.config
-        linear, angular = float(action[0]), float(action[1])
+        try:
+            linear, angular = map(float, action)
+        except (TypeError, ValueError) as error:
+            raise TaskError(f"an action is two numbers, for v and for ω, not {reprlib.repr(action)}") from error
         physics.set_velocity_command(
             min(max(linear, limits.min_linear_velocity), limits.max_linear_velocity),
             min(max(angular, -limits.max_angular_velocity), limits.max_angular_velocity),

@@ -144,8 +144,6 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         """Drive for one control step; `action` is (v, ω) in m/s and rad/s, cut at the bounds of the task."""
         if not self._begun or self.task.outcome is not Outcome.RUNNING:
             raise gymnasium.error.ResetNeeded("no episode is in progress: call reset() before step()")
-        if np.shape(action) != (2,):
-            raise TaskError(f"an action is two numbers, for v and for ω, not of shape {np.shape(action)}")
         time_step = self._env.step(action)
         terminated = time_step.last() and time_step.discount == 0.0
         truncated = time_step.last() and not terminated

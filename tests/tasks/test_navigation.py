@@ -151,6 +151,16 @@ def test_a_reset_that_an_invalid_seed_refuses_changes_nothing() -> None:
     np.testing.assert_equal(environment.reset(), expected.reset())
 
 
+@pytest.mark.parametrize("action", [("a", "b"), 3.0, [1, 2, 3], [[1, 2]], None])
+def test_an_action_that_is_not_two_numbers_is_refused_and_the_episode_goes_on(action: Any) -> None:
+    environment, expected = make(), make()
+    for each in (environment, expected):
+        each.reset(seed=1)
+    with pytest.raises(TaskError, match="an action is two numbers"):
+        environment.step(action)
+    np.testing.assert_equal(environment.step(np.array([0.3, 0.1])), expected.step(np.array([0.3, 0.1])))
+
+
 def test_a_step_after_the_end_is_refused() -> None:
     environment = make()
     drive(environment, (0.5, 0.0), (2.5, 0.0))
