@@ -12,14 +12,16 @@ from typing import Any
 import gymnasium
 import numpy as np
 import torch
+from gymnasium.vector import AutoresetMode
 
 from asddpg.algorithm.agent import AsDDPG
-from asddpg.algorithm.controllers import make_controller
+from asddpg.algorithm.controllers import Controllers, make_controller
 from asddpg.algorithm.exploration import OrnsteinUhlenbeckNoise
 from asddpg.algorithm.layers import drawing_weights
+from asddpg.algorithm.learner import Learner
 from asddpg.algorithm.memory_check import check_file, check_memory
 from asddpg.algorithm.networks import Networks, NetworkShape
-from asddpg.algorithm.replay import BalancedReplay, ReplayBuffer
+from asddpg.algorithm.replay import BalancedReplay, ReplayBuffer, ReplayShape
 from asddpg.algorithm.schedules import Withdrawal
 from asddpg.config import (
     ControllerConfig,
@@ -37,13 +39,24 @@ from asddpg.recording.live.live_view import LiveView
 from asddpg.recording.pictures.cameras import Cameras
 from tasks import NavigationConfig, Reward, gymnasium_id
 from tasks.gymnasium_api.navigation_env import NavigationEnv
+from tasks.gymnasium_api.navigation_vector_env import NavigationVectorEnv
 
 
 def make_environment(task: TaskConfig, reward: Reward) -> gymnasium.Env:
     """The task as a Gymnasium environment, actions in m/s and rad/s."""
-    # Without the fields of TaskConfig: a spec's JSON holds the task's own.
-    config = NavigationConfig(**{each.name: getattr(task, each.name) for each in fields(NavigationConfig)})
+    config = _navigation_config(task)
     return gymnasium.make(gymnasium_id(task.name), reward=reward, config=config, num_scans=task.num_scans)
+
+
+def make_robots(task: TaskConfig, reward: Reward, robots: int, num_threads: int | None = None) -> NavigationVectorEnv:
+    """The task as a vector environment whose robots begin episodes when they are reset."""
+    arguments: dict[str, Any] = {"reward": reward, "config": _navigation_config(task), "num_scans": task.num_scans}
+    return NavigationVectorEnv(task.name, robots, AutoresetMode.DISABLED, num_threads, **arguments)
+
+
+def _navigation_config(task: TaskConfig) -> NavigationConfig:
+    """Without the fields of TaskConfig: a spec's JSON holds the task's own."""
+    return NavigationConfig(**{each.name: getattr(task, each.name) for each in fields(NavigationConfig)})
 
 
 def navigation_env(environment: gymnasium.Env) -> NavigationEnv:
@@ -131,21 +144,28 @@ def make_agent(config: TrainConfig, environment: gymnasium.Env, weights: Path | 
     learning = config.agent
     if weights is not None:
         check_file(weights, shape)
-    check_memory(shape, learning)
+    robots, total_steps = config.robots, config.total_steps
+    scan_shape = getattr(environment.unwrapped, "scan_shape", None)
+    replay_shape = ReplayShape(learning.buffer_size, shape.observation_size, len(low), scan_shape, learning.n_steps)
+    check_memory(shape, learning, replay_shape)
     kind_of_replay = BalancedReplay if learning.balanced_batches else ReplayBuffer
-    controller = controller_for(environment, config.controller)
+    controllers = [controller_for(environment, config.controller) for _ in range(robots if learning.assisted else 0)]
+    half_range, noise_rng = (high - low) / 2, stream(config.seed, "exploration")
     return AsDDPG(
-        networks=_initial_networks(shape, learning.assisted, stream(config.seed, "weights")),
-        config=learning,
-        replay=kind_of_replay(learning.buffer_size, shape.observation_size, len(low), stream(config.seed, "replay")),
-        noise=OrnsteinUhlenbeckNoise(
-            (high - low) / 2, config.exploration, config.total_steps, stream(config.seed, "exploration")
+        learner=Learner(
+            _initial_networks(shape, learning.assisted, stream(config.seed, "weights")),
+            learning,
+            total_steps,
+            smoothing_seed=int(stream(config.seed, "smoothing").integers(2**63)),
+            device=torch.device(config.device),
+            is_concurrent=robots > 1,
         ),
-        controller=controller if learning.assisted else None,
-        withdrawal=Withdrawal(learning.withdrawal, config.total_steps, stream(config.seed, "withdrawal")),
-        total_steps=config.total_steps,
-        smoothing_seed=int(stream(config.seed, "smoothing").integers(2**63)),
-        device=torch.device(config.device),
+        config=learning,
+        replay=kind_of_replay(replay_shape, stream(config.seed, "replay"), robots),
+        noise=OrnsteinUhlenbeckNoise(half_range, config.exploration, total_steps, noise_rng, robots),
+        controllers=Controllers(controllers) if controllers else None,
+        withdrawal=Withdrawal(learning.withdrawal, total_steps, stream(config.seed, "withdrawal"), robots),
+        robots=robots,
     )
 
 

@@ -88,9 +88,14 @@ class AgentConfig:
     assisted: bool = option(True, "Whether a controller assists; without one AsDDPG is DDPG.")
     gamma: float = option(0.99, "γ, discount of a step.", DISCOUNT)
     tau: float = option(0.005, "τ, share of the way the targets move at each update.", POSITIVE_SHARE)
-    actor_learning_rate: float = option(1e-4, "Learning rate of the policy (Adam).", POSITIVE)
-    critic_learning_rate: float = option(3e-4, "Learning rate of the Critic-DQN (Adam).", POSITIVE)
-    batch_size: int = option(32, "N of Algorithm 1, transitions an update.", POSITIVE)
+    actor_learning_rate: float = option(3e-4, "Learning rate of the policy (Adam).", POSITIVE)
+    critic_learning_rate: float = option(9e-4, "Learning rate of the Critic-DQN (Adam).", POSITIVE)
+    batch_size: int = option(256, "N of Algorithm 1, transitions an update.", POSITIVE)
+    samples_per_step: int = option(
+        32,
+        "Transitions learned from for each training step: an update is due after every batch_size of them.",
+        POSITIVE,
+    )
     buffer_size: int = option(100_000, "Transitions the replay buffer holds.", BUFFER)
     learning_starts: int = option(1000, "Transitions gathered before the first update.", NOT_NEGATIVE)
     gamma_p: float = option(0.5, "γ_p on the controller's positive dense rewards; 1 makes its help free.", SHARE)
@@ -195,7 +200,8 @@ class TrainConfig:
     validation: ValidationConfig = field(default_factory=ValidationConfig)
     record: RecordConfig = field(default_factory=RecordConfig)
     seed: int = option(0, "Seed of all random streams of the run.", SEED)
-    total_steps: int = option(100_000, "Control steps to train for.", POSITIVE)
+    robots: int = option(16, "Robots that drive side by side; 1 is the paper's Algorithm 1.", between(1, 4096))
+    total_steps: int = option(100_000, "Control steps to train for, of all robots together.", POSITIVE)
     checkpoint_every: int = option(
         10_000, "Steps between two training states, for resume=; 0 writes the last one alone.", NOT_NEGATIVE
     )
@@ -268,7 +274,7 @@ def check(config: TrainConfig | EvaluateConfig | PlayConfig) -> None:
         raise UserError("camera chooses whose pictures a film shows, and none is made: video=out.mp4 makes one")
     if isinstance(config, TrainConfig):
         _check_convolutions(config)
-        _check_buffer(config.agent)
+        _check_buffer(config.agent, config.robots)
         _check_assistance(config.agent)
 
 
@@ -301,9 +307,10 @@ def _check_assistance(agent: AgentConfig) -> None:
         raise UserError(f"agent.withdrawal.begin, {begin}, must not come after .end, {end}")
 
 
-def _check_buffer(agent: AgentConfig) -> None:
-    for name, value in (("batch_size", agent.batch_size), ("learning_starts", agent.learning_starts)):
+def _check_buffer(agent: AgentConfig, robots: int) -> None:
+    sizes = {"agent.batch_size": agent.batch_size, "agent.learning_starts": agent.learning_starts, "robots": robots}
+    for name, value in sizes.items():
         if value > agent.buffer_size:
-            raise UserError(f"agent.{name} must be at most agent.buffer_size, {agent.buffer_size}, not {value}")
+            raise UserError(f"{name} must be at most agent.buffer_size, {agent.buffer_size}, not {value}")
     if agent.balanced_batches and agent.batch_size < 2:
         raise UserError("agent.balanced_batches needs an agent.batch_size of 2 or more")

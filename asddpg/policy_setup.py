@@ -70,7 +70,6 @@ class DriverSetup:
             selection,
             log,
             first_step=self.step,
-            counts_steps=False,
             cameras=cameras,
             owns_folder=owns_folder,
         )

@@ -3,17 +3,17 @@
 From the training state in the folder the same steps are made again, up to the one that failed. Nothing is written.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import SupportsFloat
 
 from asddpg.algorithm.agent import AsDDPG
-from asddpg.build import check_device, make_agent, make_environment, navigation_env, prepare_torch
+from asddpg.build import check_device, make_agent, make_robots, prepare_torch
 from asddpg.config import TrainConfig
+from asddpg.episodes.batch_steps import Steps
 from asddpg.episodes.finite_check import check_weights
-from asddpg.episodes.protocols import Observer, Step
-from asddpg.episodes.training_episodes import TrainingEpisodes
+from asddpg.episodes.protocols import Step
+from asddpg.episodes.training_episodes import Learned, TrainingEpisodes, TrainingObserver
 from asddpg.errors import NumericalFailure
 from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
@@ -23,7 +23,7 @@ from asddpg.runs.failure_dump import Failure, first_line
 from asddpg.runs.run_folder import RunFolder, read_training
 from asddpg.runs.safe_loading import OURS, check_links
 from asddpg.runs.training_states import TrainingStates
-from asddpg.training import load_episodes, validate
+from asddpg.training import VALIDATION_ROBOTS, load_episodes, validate
 from tasks.options import argument, option
 
 
@@ -46,9 +46,9 @@ def main(arguments: Sequence[str]) -> None:
     failure = failure_dump.read(path)
     config, _ = read_training(RunFolder(path).config, parsed.controller)
     check_device(config.device)
-    environment = make_environment(config.task, config.reward)
-    agent = make_agent(config, environment)
-    episodes = TrainingEpisodes(environment, navigation_env(environment), agent, config.seed)
+    robots = make_robots(config.task, config.reward, config.robots)
+    agent = make_agent(config, robots.envs[0])
+    episodes = TrainingEpisodes(robots, agent, config.seed)
     state, _ = TrainingStates(RunFolder(path).training_states).newest(lambda _: None)
     if state is not None:
         load_episodes(episodes, state)
@@ -66,37 +66,43 @@ def main(arguments: Sequence[str]) -> None:
 def _repeat(episodes: TrainingEpisodes, agent: AsDDPG, config: TrainConfig, failure: Failure) -> None:
     while episodes.step < failure.step:
         episodes.drive_step(config.total_steps)
-    check_weights(agent.finite_weights())  # as before each training state
+    check_weights(agent.learner.finite_weights())  # as before each training state
     if failure.in_validation:
-        validate(make_environment(config.task, config.reward), agent, config)
+        validate(make_robots(config.task, config.reward, VALIDATION_ROBOTS), agent, config)
     elif episodes.step < config.total_steps:
         episodes.drive_step(config.total_steps)  # a step that the simulator did not finish is not counted
 
 
-class LastStep(Observer):
+class LastStep(TrainingObserver):
     """Keeps the last step that was finished."""
 
     def __init__(self) -> None:
-        self._last: tuple[Step, Mapping[str, SupportsFloat]] | None = None
+        self._last: tuple[Steps, Learned] | None = None
 
-    def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
+    def step(self, steps: Steps, learned: Learned) -> None:
         """Keep the step."""
-        self._last = (step, learned)
+        self._last = (steps, learned)
 
     def as_text(self) -> str:
-        """The step, a line a quantity."""
+        """The step of each robot, a line a quantity, and what was learned in it."""
         if self._last is None:
             return "no step was finished before"
-        step, learned = self._last
-        lines = {
-            "driver": step.decision.driver,
-            "action": step.decision.action.tolist(),
-            "pose": step.info.get("pose"),
-            "reward terms": step.info.get("reward_terms"),
-            "observation": step.next_observation.tolist(),
-            "learned": {name: f"{float(value):.6g}" for name, value in learned.items()},
-        }
-        return "\n".join(f"  {name}: {value}" for name, value in lines.items())
+        steps, learned = self._last
+        lines = [line for robot in range(len(steps.rewards)) for line in _lines(robot, steps.row(robot))]
+        metrics = [{name: f"{float(value):.6g}" for name, value in update.items()} for update in learned]
+        return "\n".join([*lines, f"  learned: {metrics}"])
+
+
+def _lines(robot: int, step: Step) -> list[str]:
+    values = {
+        "robot": robot,
+        "driver": step.decision.driver,
+        "action": step.decision.action.tolist(),
+        "pose": step.info.get("pose"),
+        "reward terms": step.info.get("reward_terms"),
+        "observation": step.next_observation.tolist(),
+    }
+    return [f"  {name}: {value}" for name, value in values.items()]
 
 
 if __name__ == "__main__":

@@ -20,9 +20,8 @@ from asddpg.build import (
     check_device,
     make_agent,
     make_cameras,
-    make_environment,
     make_live,
-    navigation_env,
+    make_robots,
     prepare_torch,
 )
 from asddpg.command_line import GROUPS, resumed_config, train_config
@@ -71,7 +70,7 @@ def begin(arguments: Sequence[str]) -> None:
     check_device(config.device)
     check_unused(config.run_dir)
     parts = _make(config)
-    provenance = current_versions(parts.environment)
+    provenance = current_versions(parts.robots.envs[0])
     folder = create_run(config)
     with RunLock(folder.path) as lock:
         folder.write_config(config, provenance)
@@ -97,7 +96,7 @@ def resume(path: str, arguments: Sequence[str]) -> None:
             print_line(f"note: {sentence}; the one before it is used")
         parts = _make(config)
         step = state["step"] if state else 0
-        provenance, notes = update_provenance(stored, provenance, config, current_versions(parts.environment), step)
+        provenance, notes = update_provenance(stored, provenance, config, current_versions(parts.robots.envs[0]), step)
         for note in notes:
             print_line(f"note: {note}")
         # Before anything is changed: this checks that the state fits.
@@ -113,11 +112,13 @@ def resume(path: str, arguments: Sequence[str]) -> None:
 
 
 def _make(config: TrainConfig) -> Parts:
-    environment = make_environment(config.task, config.reward)
-    agent = make_agent(config, environment)
-    cameras = make_cameras(config.record, navigation_env(environment))
-    live = make_live(config, navigation_env(environment), cameras) if config.live else None
-    return Parts(config, environment, agent, cameras, live)
+    # Learner and robots share the cores: as many threads drive as there are cores, and wait for each other least.
+    robots = make_robots(config.task, config.reward, config.robots)
+    first = robots.envs[0]
+    agent = make_agent(config, first)
+    cameras = make_cameras(config.record, first)
+    live = make_live(config, first, cameras) if config.live else None
+    return Parts(config, robots, agent, cameras, live)
 
 
 def _run(training: Training, parts: Parts, folder: RunFolder, provenance: dict[str, str]) -> None:
@@ -161,7 +162,7 @@ def _last_step(folder: RunFolder) -> int:
 
 def _finish(parts: Parts, folder: RunFolder, provenance: dict[str, str], seconds: float) -> None:
     config = parts.config
-    tested = test(config, folder, parts.environment, parts.agent) if config.test_episodes else {}
+    tested = test(config, folder, parts.robots.envs[0], parts.agent) if config.test_episodes else {}
     if tested:
         contents = {name: result.as_dict() for name, result in tested.items()}
         write_json(folder.test, {"task": config.task.name, "set": "test", "driver": "actor", **contents, **provenance})

@@ -5,19 +5,20 @@ from contextlib import ExitStack
 from dataclasses import dataclass
 from typing import Any, TypeVar, cast
 
-import gymnasium
 import numpy as np
 
 from asddpg.algorithm.agent import AsDDPG
-from asddpg.build import make_environment, navigation_env
+from asddpg.build import make_robots
 from asddpg.config import TrainConfig
-from asddpg.episodes.drivers import actor_alone
-from asddpg.episodes.evaluation import EvaluationResult, evaluate
+from asddpg.episodes.batch_steps import info_of
+from asddpg.episodes.evaluation import EvaluationResult
 from asddpg.episodes.finite_check import check_weights
+from asddpg.episodes.side_by_side import evaluate_side_by_side
 from asddpg.episodes.training_episodes import TrainingEpisodes
 from asddpg.errors import UserError
 from asddpg.messages import print_line
 from asddpg.observers.metrics_log import MetricsLog, read_rows, write_validation
+from asddpg.observers.one_robot import OneRobot
 from asddpg.observers.progress import ProgressBar
 from asddpg.observers.step_log import StepLog
 from asddpg.recording.live.live_view import LiveView
@@ -32,7 +33,9 @@ from asddpg.runs.safe_loading import controller_argument
 from asddpg.runs.signals import Stopped, StopSignals
 from asddpg.runs.training_states import TrainingStates
 from tasks.evaluation_pairs import stored_pairs
+from tasks.gymnasium_api.navigation_vector_env import NavigationVectorEnv
 
+VALIDATION_ROBOTS = 16  # side by side; their number changes no figure by more than rounding
 Closable = TypeVar("Closable", bound=Any)  # with a method close()
 
 
@@ -41,7 +44,7 @@ class Parts:
     """What a training is put together from, all of it made before anything is written."""
 
     config: TrainConfig
-    environment: gymnasium.Env
+    robots: NavigationVectorEnv
     agent: AsDDPG
     cameras: Cameras | None = None
     live: LiveView | None = None
@@ -66,10 +69,9 @@ class Training:
         self._parts, self._config, self._folder = parts, parts.config, folder
         self._lock, self._provenance = lock, provenance
         # A second one: validating must not disturb the episode in progress or the stream of its goals.
-        self._validation_environment = make_environment(self._config.task, self._config.reward)
+        self._validation_robots = make_robots(self._config.task, self._config.reward, VALIDATION_ROBOTS)
         self._states = TrainingStates(folder.training_states)
-        core = navigation_env(parts.environment)
-        self._episodes = TrainingEpisodes(parts.environment, core, parts.agent, self._config.seed)
+        self._episodes = TrainingEpisodes(parts.robots, parts.agent, self._config.seed)
         self._signals = StopSignals()
         self._validations, self._seconds = 0, 0.0
         self._best: list[float] = []  # success rate and metric, compared in this order
@@ -117,11 +119,9 @@ class Training:
         total = self._config.total_steps
         try:
             while True:
-                if not self._episodes.is_in_episode:
-                    self._validate_if_due()
-                    if self.step >= total:
-                        break
-                    self._lock.check()
+                self._validate_if_due()
+                if self.step >= total:
+                    break
                 self._episodes.drive_step(total)
                 self._save_state_if_due()
                 self._signals.raise_if_received()
@@ -140,30 +140,31 @@ class Training:
         self._tensorboard = _closed_by(closing, ScalarEvents(folder.tensorboard, self._saved_step))
         outcomes = [row["outcome"] for row in read_rows(folder.metrics)]
         self._log = _closed_by(closing, MetricsLog(folder.metrics, folder.timing, self._tensorboard, self._seconds))
-        self._steps = _closed_by(closing, StepLog(folder.step_rows, folder.steps, episodes.num_finished))
+        self._steps = _closed_by(closing, StepLog(folder.step_rows, folder.steps))
         self._bar = _closed_by(closing, ProgressBar(self._config.total_steps, self.step, outcomes))
         recorder = _closed_by(closing, self._make_recorder())
-        episodes.observers += [self._log, self._steps, self._bar, recorder]
+        recorded = OneRobot(recorder, self.step, recorder.go_to)
+        episodes.observers += [self._log, self._steps, self._bar, recorded]
         if (live := self._parts.live) is not None:
             live.stops = lambda: self._signals.number != 0
-            episodes.observers.append(live)
-        if episodes.is_in_episode:
+            episodes.observers.append(OneRobot(live, self.step))
+        if self._log_states:
             self._log.load_state(self._log_states["metrics"])
-            self._steps.load_state(self._log_states["steps"])
-            if live is not None:
-                live.begin_episode(*episodes.restored)
+            self._steps.go_on(episodes.numbers, episodes.infos)
+            if live is not None and episodes.in_progress[0]:
+                live.begin_episode(episodes.observations[0], info_of(episodes.infos, 0))
 
     def _make_recorder(self) -> Recorder:
         """A recorder; of an episode that is resumed it records nothing."""
         record, parts = self._config.record, self._parts
         return Recorder(
             self._folder.episodes,
-            navigation_env(parts.environment),
+            parts.robots.envs[0],
             self._provenance,
             Selection(every_nth(record.every), keep=record.keep),
             self._print,
             first_step=self.step,
-            first_episode=self._episodes.num_finished + self._episodes.is_in_episode,
+            first_episode=int(self._episodes.numbers[0]),
             cameras=parts.cameras,
         )
 
@@ -182,9 +183,7 @@ class Training:
             self._is_validating, self._validations = False, due
 
     def _validate(self) -> None:
-        result = validate(
-            self._validation_environment, self._parts.agent, self._config, self._signals.raise_if_received
-        )
+        result = validate(self._validation_robots, self._parts.agent, self._config, self._signals.raise_if_received)
         estimates = (result.success_rate, result.collision_rate, result.metric)
         success, collision, metric = (cast(float, estimate.value) for estimate in estimates)
         row = {"step": self.step, "success_rate": success, "collision_rate": collision, "metric": metric}
@@ -218,12 +217,13 @@ class Training:
         if self.step == self._saved_step and not is_end:
             return
         self._tensorboard.flush()
-        check_weights(self._parts.agent.finite_weights())
+        self._steps.flush()
+        check_weights(self._parts.agent.learner.finite_weights())
         self._states.write(
             self.step,
             {
                 "episodes": self._episodes.state(),
-                "logs": {"metrics": self._log.state(), "steps": self._steps.state()},
+                "logs": {"metrics": self._log.state()},
                 "best_weights": np.frombuffer(best.read_bytes(), np.uint8) if self._best else None,
                 "validations": self._validations,
                 "best": self._best,
@@ -248,14 +248,14 @@ def load_episodes(episodes: TrainingEpisodes, state: Mapping[str, Any]) -> None:
 
 
 def validate(
-    environment: gymnasium.Env,
+    robots: NavigationVectorEnv,
     agent: AsDDPG,
     config: TrainConfig,
-    before_episode: Callable[[], None] = lambda: None,
+    before_step: Callable[[], None] = lambda: None,
 ) -> EvaluationResult:
     """Evaluate the actor alone on the stored validation pairs."""
     pairs = stored_pairs(config.task.name, "validation", config.task.goal_radius)[: config.validation.episodes]
-    return evaluate(environment, actor_alone(agent), pairs, config.task.control_timestep, (), before_episode)
+    return evaluate_side_by_side(robots, agent.act, pairs, config.task.control_timestep, before_step)
 
 
 def _closed_by(closing: ExitStack, opened: Closable) -> Closable:

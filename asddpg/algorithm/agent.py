@@ -1,254 +1,215 @@
-"""AsDDPG: Algorithm 1 of the paper. Without a controller the same code is DDPG."""
+"""AsDDPG: Algorithm 1 of the paper, for many robots at once. Without a controller the same code is DDPG."""
 
-import copy
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
-from torch import Tensor
-from torch.optim import Adam
 
+from asddpg.algorithm.controllers import Controllers
 from asddpg.algorithm.exploration import OrnsteinUhlenbeckNoise
-from asddpg.algorithm.flat import FlatParameters
-from asddpg.algorithm.losses import Batch, TargetRule, bellman_targets, critic_dqn_loss, policy_loss
+from asddpg.algorithm.learner import Learned, Learner
+from asddpg.algorithm.losses import Batch
 from asddpg.algorithm.n_step import NStepReturns
-from asddpg.algorithm.networks import CONTROLLER, POLICY, Networks
-from asddpg.algorithm.replay import BalancedReplay, ReplayBuffer, Transition
-from asddpg.algorithm.reward_shaping import assisted_reward
-from asddpg.algorithm.schedules import Withdrawal, learning_rate_scale
-from asddpg.episodes.protocols import Action, Controller, Decision, Driver, Observation, StatefulController, Step
+from asddpg.algorithm.networks import CONTROLLER, POLICY
+from asddpg.algorithm.replay import ReplayBuffer, Transitions
+from asddpg.algorithm.reward_shaping import assisted_rewards
+from asddpg.algorithm.schedules import Withdrawal
+from asddpg.episodes.batch_steps import BoolArray, Decisions, Float32Array, IntArray, Steps
+from asddpg.episodes.protocols import Action, Controller, Decision, Observation, Stateful
 
 if TYPE_CHECKING:  # asddpg.config imports tasks, and with it mujoco, which an agent does without
     from asddpg.config import AgentConfig
 
 
 class AsDDPG:
-    """Policy, Critic-DQN and controller; drives and learns."""
+    """Policy, Critic-DQN and controller; drives robots and learns from all of them.
+
+    Attributes:
+        learner: updates the networks.
+        networks: online networks.
+        robots: number of robots that it drives while it learns.
+        steps: training steps so far, of all robots together.
+    """
 
     def __init__(
         self,
-        networks: Networks,
+        learner: Learner,
         config: "AgentConfig",
-        replay: ReplayBuffer | BalancedReplay,
+        replay: ReplayBuffer,
         noise: OrnsteinUhlenbeckNoise,
-        controller: Controller | None,
+        controllers: Controllers | None,
         withdrawal: Withdrawal,
-        total_steps: int,
-        smoothing_seed: int,
-        device: torch.device,
+        robots: int = 1,
     ) -> None:
-        """Put the parts together.
+        """Put the parts together, all made for as many robots.
 
         Args:
-            networks: online networks, with a switch branch exactly if there is a controller.
+            learner: of networks with a switch branch exactly if there are controllers.
             config: how to learn.
             replay: the replay buffer R.
             noise: exploration noise ε.
-            controller: assists; None makes this DDPG.
+            controllers: assist; None makes this DDPG.
             withdrawal: when the actor drives alone.
-            total_steps: of the training, over which the learning rates decay.
-            smoothing_seed: of the noise on π' in y^A.
-            device: where the networks live.
+            robots: their number.
         """
-        if (controller is None) != (networks.switch is None):
+        self.networks = learner.networks
+        if (controllers is None) != (self.networks.switch is None):
             raise ValueError("a switch needs a controller to switch to, and a controller needs a switch")
-        self.networks = networks.to(device)
-        self.target = copy.deepcopy(self.networks).requires_grad_(False)
-        self.controller = controller
-        self.config = config
-        self.device = device
-        self._replay, self._noise = replay, noise
-        self._low = np.asarray(networks.shape.action_low, dtype=np.float32)
-        self._high = np.asarray(networks.shape.action_high, dtype=np.float32)
-        self._critic_dqn, self._policy = _flatten(self.networks)
-        self._target_critic_dqn, self._target_policy = _flatten(self.target)
-        self._critic_optimizer = Adam([self._critic_dqn.vector], lr=config.critic_learning_rate, fused=True)
-        self._policy_optimizer = Adam([self._policy.vector], lr=config.actor_learning_rate, fused=True)
-        self._returns = NStepReturns(config.n_steps, config.gamma)
-        self._withdrawal, self._total_steps = withdrawal, total_steps
-        self._smoothing = torch.Generator(device).manual_seed(smoothing_seed)
-        self.steps = self.updates = 0
-        self._flat = {
-            "critic_dqn": self._critic_dqn,
-            "policy": self._policy,
-            "target_critic_dqn": self._target_critic_dqn,
-            "target_policy": self._target_policy,
+        self.learner, self.robots, self.steps = learner, robots, 0
+        self._config, self._replay, self._noise, self._withdrawal = config, replay, noise, withdrawal
+        self._controllers = controllers
+        self._low = np.asarray(self.networks.shape.action_low, dtype=np.float32)
+        self._high = np.asarray(self.networks.shape.action_high, dtype=np.float32)
+        self._device = next(self.networks.parameters()).device
+        self._returns = NStepReturns(config.n_steps, config.gamma, robots)
+        self._observed = np.zeros(robots, np.int64)  # numbers of the present observations in the replay buffer
+        self._owed = 0  # samples of the steps that no update has learned from yet
+        self._parts: dict[str, Stateful] = {
+            "replay": replay,
+            "noise": noise,
+            "withdrawal": withdrawal,
+            "returns": self._returns,
         }
-        self._optimizers = {"critic_dqn": self._critic_optimizer, "policy": self._policy_optimizer}
-        self._parts = {"replay": replay, "noise": noise, "withdrawal": withdrawal, "returns": self._returns}
+
+    @property
+    def controller(self) -> Controller | None:
+        """What assists robot 0."""
+        return self._controllers.first if self._controllers else None
 
     # Driving ------------------------------------------------------------------------------------------------------
 
-    def begin_episode(self) -> None:
-        """Reset the exploration noise, and draw whether the controller may drive."""
-        self._noise.reset()
-        self._withdrawal.begin_episode()
-        self._returns.begin_episode()
+    def begin_episodes(self, robots: IntArray, observations: Float32Array) -> None:
+        """Reset the noise of these robots, and draw whether their controllers may drive.
 
-    def decide(self, observation: Observation) -> Decision:
-        """Algorithm 1, lines 9–15: the greedy switch, then the policy with noise, or the controller."""
-        return self._choose(observation, explore=True)
+        Args:
+            robots: (k,), their numbers.
+            observations: (k, observation_size), the first ones.
+        """
+        self._noise.reset(robots)
+        self._withdrawal.begin_episodes(robots)
+        self._returns.begin_episodes(robots)
+        self._observed[robots] = self._replay.observe(observations, robots)
+
+    def decide(self, observations: Float32Array) -> Decisions:
+        """Algorithm 1, lines 9–15: the greedy switch, then the policy with noise, or the controller.
+
+        `observations` are those of all robots, (robots, observation_size).
+        """
+        decisions = self._choose(observations, self._withdrawal.is_alone)
+        noise = np.full_like(decisions.actor_actions, np.nan)
+        robots = np.flatnonzero(~decisions.by_controller)
+        if len(robots):
+            noise[robots] = self._noise.sample(robots)
+            noisy = decisions.actor_actions[robots] + noise[robots]
+            decisions.actions[robots] = np.minimum(np.maximum(noisy, self._low), self._high)
+        return decisions._replace(noise=noise)
 
     def decide_greedily(self, observation: Observation) -> Decision:
-        """The same without noise: how actor and controller drive together once trained."""
-        return self._choose(observation, explore=False)
+        """For one robot without noise: how actor and controller drive together once trained."""
+        return self._choose(observation[None], np.zeros(1, np.bool_)).row(0)
 
     @torch.no_grad()
-    def act(self, observation: Observation) -> Action:
-        """π(x), what the policy alone does: float32 (action_size,), physical units."""
-        action: Action = self.networks.policy(self._as_batch(observation))[0].cpu().numpy()
-        return action
+    def act(self, observations: Observation) -> Action:
+        """π(x), what the policy alone does: float32 (action_size,), physical units; for rows of them, in rows."""
+        actions: Action = self.networks.policy(self._as_tensor(np.atleast_2d(observations))).cpu().numpy()
+        return actions if observations.ndim > 1 else actions[0]
 
-    @torch.no_grad()
     def switch_values(self, observation: Observation) -> dict[str, float]:
         """q_policy, q_controller and value of a Decision; empty without a switch."""
-        return self._evaluate_switch(self._as_batch(observation))
-
-    def _evaluate_switch(self, x: Tensor) -> dict[str, float]:
-        if self.networks.switch is None:
+        q, values = self._evaluate_switch(observation[None])
+        if q is None or values is None:
             return {}
-        value, q = self.networks.switch.value_and_q(self.networks.features(x))
-        q_policy, q_controller = q[0].tolist()
-        return {"q_policy": q_policy, "q_controller": q_controller, "value": value.item()}
+        return {"q_policy": float(q[0, POLICY]), "q_controller": float(q[0, CONTROLLER]), "value": float(values[0])}
 
     @torch.no_grad()
-    def _choose(self, observation: Observation, explore: bool) -> Decision:
-        x = self._as_batch(observation)
-        actor_action: Action = self.networks.policy(x)[0].cpu().numpy()
-        evaluated: dict[str, Any] = {"actor_action": actor_action}
-        driver = Driver.POLICY
-        if self.controller is not None:
-            evaluated |= self._evaluate_switch(x)
-            evaluated["controller_action"] = controller_action = self.controller.act(observation)
-            if evaluated["q_controller"] > evaluated["q_policy"] and not (explore and self._withdrawal.is_alone):
-                return Decision(controller_action, Driver.CONTROLLER, **evaluated)
-        if not explore:
-            return Decision(actor_action, driver, **evaluated)
-        noise = self._noise.sample()
-        action = np.minimum(np.maximum(actor_action + noise, self._low), self._high)
-        return Decision(action, driver, noise=noise, **evaluated)
+    def _evaluate_switch(self, observations: Float32Array) -> tuple[Float32Array | None, Float32Array | None]:
+        if self.networks.switch is None:
+            return None, None
+        features = self.networks.features(self._as_tensor(observations))
+        values, q = self.networks.switch.value_and_q(features)
+        return q.cpu().numpy(), values.cpu().numpy()
 
-    def _as_batch(self, observation: Observation) -> Tensor:
-        return torch.from_numpy(observation).to(self.device)[None]
+    def _choose(self, observations: Float32Array, is_alone: BoolArray) -> Decisions:
+        """The greedy switch; the controller does not drive where the actor `is_alone`."""
+        actor_actions = self.act(observations)
+        q, values = self._evaluate_switch(observations)
+        if self._controllers is None or q is None:
+            return Decisions(actor_actions.copy(), np.zeros(len(observations), np.bool_), actor_actions)
+        controller_actions = self._controllers.act(observations)
+        by_controller = (q[:, CONTROLLER] > q[:, POLICY]) & ~is_alone
+        actions = np.where(by_controller[:, None], controller_actions, actor_actions)
+        return Decisions(actions, by_controller, actor_actions, controller_actions, q=q, values=values)
+
+    def _as_tensor(self, observations: Float32Array) -> torch.Tensor:
+        return torch.from_numpy(observations).to(self._device)
 
     # Learning -----------------------------------------------------------------------------------------------------
 
-    def learn(self, step: Step) -> Mapping[str, Tensor]:
-        """Algorithm 1, lines 17–21: store the step, and once there are enough, update."""
-        for transition in self._returns.add(self._transition(step), step.terminated or step.truncated):
-            self._replay.add(transition)
-        self.steps += 1
-        self._noise.advance()
+    def store(self, steps: Steps) -> None:
+        """Algorithm 1, line 17: store a step of every robot."""
+        transitions = self._transitions(steps)
+        for completed in self._returns.add(transitions, steps.terminated | steps.truncated):
+            self._replay.add(completed)
+        self._observed = transitions.next_observation
+        self.steps += self.robots
+        self._noise.advance(self.robots)
         self._withdrawal.advance()
-        if len(self._replay) < max(self.config.learning_starts, self.config.batch_size):
-            return {}
-        rows = torch.from_numpy(self._replay.sample(self.config.batch_size)).to(self.device)
-        return self.update(Batch.unpack(rows, self._replay.layout))
 
-    def _transition(self, step: Step) -> Transition:
-        decision, config = step.decision, self.config
-        dense_reward = step.info.get("dense_reward", 0.0)
-        charged = assisted_reward(
-            step.reward, dense_reward, decision.driver, config.gamma_p, price=config.controller_price
+    def learn(self) -> list[Learned]:
+        """Algorithm 1, lines 18–21: the updates that are due for a step of every robot, once there are enough samples.
+
+        Returns:
+            Losses and TD errors of each update.
+        """
+        size = self._config.batch_size
+        if len(self._replay) < max(self._config.learning_starts, size):
+            return []
+        count, self._owed = divmod(self._owed + self.robots * self._config.samples_per_step, size)
+        rows = [torch.from_numpy(self._replay.sample(size)).to(self._device) for _ in range(count)]
+        return self.learner.update([Batch.unpack(each, self._replay.layout) for each in rows], self.steps)
+
+    def _transitions(self, steps: Steps) -> Transitions:
+        decisions, config = steps.decisions, self._config
+        dense = steps.infos.get("dense_reward", np.zeros(self.robots))
+        charged = assisted_rewards(
+            steps.rewards, dense, decisions.by_controller, config.gamma_p, price=config.controller_price
         )
-        return Transition(
-            observation=step.observation,
-            action=decision.action,
-            reward=charged if config.charge_critic else step.reward,
+        controller_actions = decisions.controller_actions
+        return Transitions(
+            observation=self._observed,
+            action=decisions.actions,
+            reward=charged if config.charge_critic else steps.rewards,
             switch_reward=charged,
-            discount=0.0 if step.terminated else 1.0,
-            next_observation=step.next_observation,
-            by_policy=float(decision.driver is Driver.POLICY),
-            controller_action=decision.action if decision.controller_action is None else decision.controller_action,
+            discount=np.where(steps.terminated, 0.0, 1.0),
+            by_policy=np.where(decisions.by_controller, 0.0, 1.0),
+            next_observation=self._replay.observe(steps.next_observations, np.arange(self.robots)),
+            controller_action=decisions.actions if controller_actions is None else controller_actions,
         )
-
-    def update(self, batch: Batch) -> Mapping[str, Tensor]:
-        """One update: Critic-DQN by Eq. 4, policy by Eq. 5, then the soft targets."""
-        self._decay_learning_rates()
-        targets = bellman_targets(batch, self.networks, self.target, self._target_rule(batch))
-        loss = critic_dqn_loss(batch, self.networks.features(batch.x), self.networks, targets)
-        self._critic_dqn.backward(loss.total)
-        self._critic_optimizer.step()
-        learned = {
-            "critic_loss": loss.critic.detach(),
-            "td_error_policy": loss.td_errors[POLICY],
-            "td_error_controller": loss.td_errors[CONTROLLER],
-        }
-        if loss.switch is not None:
-            learned["switch_loss"] = loss.switch.detach()
-
-        if self.updates % self.config.policy_every == 0:
-            with torch.no_grad():
-                features = self.networks.features(batch.x)
-            objective = policy_loss(batch, features, self.networks, self.config.imitation)
-            self._policy.backward(objective)
-            self._policy_optimizer.step()
-            self._target_policy.soft_update(self._policy, self.config.tau)
-            learned["policy_loss"] = objective.detach()
-
-        self._target_critic_dqn.soft_update(self._critic_dqn, self.config.tau)
-        self.updates += 1
-        return learned
-
-    def _target_rule(self, batch: Batch) -> TargetRule:
-        noise, sigma = None, self.config.target_noise
-        if sigma:
-            noise = torch.empty_like(batch.a).normal_(0.0, sigma, generator=self._smoothing)
-            noise = noise.clamp_(-2.0 * sigma, 2.0 * sigma)
-        return TargetRule(self.config.gamma, self.config.critic_follows_switch, noise)
-
-    def _decay_learning_rates(self) -> None:
-        scale = learning_rate_scale(self.steps, self._total_steps, self.config.annealing)
-        self._critic_optimizer.param_groups[0]["lr"] = scale * self.config.critic_learning_rate
-        self._policy_optimizer.param_groups[0]["lr"] = scale * self.config.actor_learning_rate
 
     # Saving -------------------------------------------------------------------------------------------------------
 
     def state(self) -> dict[str, Any]:
         """All that the next steps depend on: an agent that restores it continues as this one, to the last bit."""
         return {
-            "weights": {name: flat.vector.cpu() for name, flat in self._flat.items()},
-            "optimizers": {name: _moments(optimizer) for name, optimizer in self._optimizers.items()},
+            "learner": self.learner.state(),
             **{name: part.state() for name, part in self._parts.items()},
-            "smoothing": self._smoothing.get_state(),
-            "controller": self.controller.state() if isinstance(self.controller, StatefulController) else None,
+            "controllers": self._controllers.state() if self._controllers else None,
+            "observed": self._observed.copy(),
+            "owed": self._owed,
             "steps": self.steps,
-            "updates": self.updates,
         }
 
     def load_state(self, state: Mapping[str, Any]) -> None:
         """Restore what state() returned.
 
         Raises:
-            KeyError, RuntimeError, ValueError: it is of another network, or of a replay buffer of another size.
+            KeyError, RuntimeError, ValueError: it is of another network, another number of robots, or of a replay
+                buffer of another size.
         """
-        for name, flat in self._flat.items():
-            flat.load(state["weights"][name])
-        for name, optimizer in self._optimizers.items():
-            _load_moments(optimizer, state["optimizers"][name])
+        self.learner.load_state(state["learner"])
         for name, part in self._parts.items():
             part.load_state(state[name])
-        self._smoothing.set_state(state["smoothing"])
-        if isinstance(self.controller, StatefulController):
-            self.controller.load_state(state["controller"])
-        self.steps, self.updates = state["steps"], state["updates"]
-
-    def finite_weights(self) -> dict[str, bool]:
-        """Whether each network's weights are all finite."""
-        return {name: bool(torch.isfinite(flat.vector).all()) for name, flat in self._flat.items()}
-
-
-def _flatten(networks: Networks) -> tuple[FlatParameters, FlatParameters]:
-    return FlatParameters(networks.critic_dqn_parameters()), FlatParameters(networks.policy_parameters())
-
-
-def _moments(optimizer: Adam) -> dict[str, Tensor]:
-    """Adam's moments and its count of steps; nothing before its first."""
-    (vector,) = optimizer.param_groups[0]["params"]
-    return {name: value.cpu() for name, value in optimizer.state[vector].items()}
-
-
-def _load_moments(optimizer: Adam, moments: Mapping[str, Tensor]) -> None:
-    (vector,) = optimizer.param_groups[0]["params"]
-    optimizer.state[vector] = {name: value.to(vector.device, copy=True) for name, value in moments.items()}
+        if self._controllers:
+            self._controllers.load_state(state["controllers"])
+        self._observed, self._owed, self.steps = state["observed"].copy(), state["owed"], state["steps"]

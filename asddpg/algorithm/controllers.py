@@ -2,10 +2,12 @@
 
 import importlib
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
-from asddpg.episodes.protocols import Action, Controller, Observation
+from asddpg.episodes.batch_steps import Float32Array
+from asddpg.episodes.protocols import Action, Controller, Observation, StatefulController
 from asddpg.errors import UserError
 
 
@@ -27,9 +29,39 @@ class ProportionalController:
         self._low, self._high = low, high
 
     def act(self, observation: Observation) -> Action:
-        """Drive towards the goal, through obstacles too."""
-        command: Action = self._gains * observation[-2:]
+        """Drive towards the goal, through obstacles too; of observations in rows, all at once."""
+        command: Action = self._gains * observation[..., -2:]
         return np.minimum(np.maximum(command, self._low), self._high)
+
+
+class Controllers:
+    """A controller for each robot, since one of a user's own may have a memory.
+
+    Attributes:
+        first: that of robot 0.
+    """
+
+    def __init__(self, controllers: Sequence[Controller]) -> None:
+        """Assist robots with these, one each."""
+        self._controllers = controllers
+        self.first = controllers[0]
+
+    def act(self, observations: Float32Array) -> Float32Array:
+        """The controllers' actions, float32 (n, action_size), for observations in rows."""
+        if isinstance(self.first, ProportionalController):
+            return self.first.act(observations)
+        actions = [each.act(row) for each, row in zip(self._controllers, observations, strict=True)]
+        return np.asarray(actions, dtype=np.float32)
+
+    def state(self) -> list[Any] | None:
+        """What the controllers remember; None where they have no memory."""
+        return [each.state() for each in self._controllers if isinstance(each, StatefulController)] or None
+
+    def load_state(self, state: Sequence[Any] | None) -> None:
+        """Restore what state() returned."""
+        for controller, each in zip(self._controllers, state or (), strict=state is not None):
+            assert isinstance(controller, StatefulController)
+            controller.load_state(each)
 
 
 CONTROLLERS = {"proportional": ProportionalController}

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
-from asddpg.episodes.protocols import Action
+from asddpg.episodes.batch_steps import Float32Array, IntArray
 
 if TYPE_CHECKING:
     from asddpg.config import ExplorationConfig
@@ -23,29 +23,31 @@ class OrnsteinUhlenbeckNoise:
         config: "ExplorationConfig",
         total_steps: int,
         rng: np.random.Generator,
+        robots: int = 1,
     ) -> None:
-        """Make the noise.
+        """Make the noise, one that wanders for each robot.
 
         Args:
             half_range: (action_size,) half the range of each action, physical units.
             config: θ, σ, and how the noise fades.
-            total_steps: of the training.
+            total_steps: of the training, of all robots together.
             rng: source of randomness.
+            robots: their number.
         """
         self._half_range = np.asarray(half_range)
         self._theta, self._sigma = config.theta, config.sigma
         self._decay_steps, self._final_scale = round(config.decay * total_steps), config.final_scale
         self._rng = rng
-        self._state = np.zeros(len(self._half_range))
+        self._state = np.zeros((robots, len(self._half_range)))
         self._steps = 0
 
-    def reset(self) -> None:
-        """Reset the noise to zero; its scale keeps decaying."""
-        self._state[:] = 0.0
+    def reset(self, robots: IntArray) -> None:
+        """Reset the noise of these robots to zero; its scale keeps decaying."""
+        self._state[robots] = 0.0
 
-    def advance(self) -> None:
-        """One step of training has passed: the scale fades whether or not the policy drove."""
-        self._steps += 1
+    def advance(self, steps: int) -> None:
+        """So many steps of training have passed: the scale fades whether or not the policy drove."""
+        self._steps += steps
 
     @property
     def scale(self) -> float:
@@ -53,10 +55,12 @@ class OrnsteinUhlenbeckNoise:
         faded = min(1.0, self._steps / self._decay_steps) if self._decay_steps else 1.0
         return 1.0 + faded * (self._final_scale - 1.0)
 
-    def sample(self) -> Action:
-        """The next noise, physical units: float32 (action_size,)."""
-        self._state += -self._theta * self._state + self._sigma * self._rng.standard_normal(len(self._state))
-        noise: Action = (self.scale * self._state * self._half_range).astype(np.float32)
+    def sample(self, robots: IntArray) -> Float32Array:
+        """The next noise of these robots, physical units: float32 (k, action_size)."""
+        value = self._state[robots]
+        value += -self._theta * value + self._sigma * self._rng.standard_normal(value.shape)
+        self._state[robots] = value
+        noise: Float32Array = (self.scale * value * self._half_range).astype(np.float32)
         return noise
 
     def state(self) -> dict[str, Any]:

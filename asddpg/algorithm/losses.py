@@ -5,7 +5,7 @@ from typing import NamedTuple
 import torch
 from torch import Tensor
 
-from asddpg.algorithm.networks import CONTROLLER, POLICY, Networks
+from asddpg.algorithm.networks import CONTROLLER, POLICY, CriticBranch, Networks
 from asddpg.algorithm.replay import TransitionLayout
 
 
@@ -113,7 +113,9 @@ def mean_by_driver(values: Tensor, by_policy: Tensor) -> Tensor:
     return origin @ values / origin.sum(dim=1)
 
 
-def policy_loss(batch: Batch, features: Tensor, online: Networks, imitation: float = 0.0) -> Tensor:
+def policy_loss(
+    batch: Batch, features: Tensor, online: Networks, imitation: float = 0.0, critic: CriticBranch | None = None
+) -> Tensor:
     """Eq. 5: the policy ascends A(x, π(x)) = Q^A(x, π(x)) − V(x).
 
     V does not depend on the action, so ∇_a A = ∇_a Q^A and V need not be computed; tests compare the two gradients.
@@ -127,15 +129,17 @@ def policy_loss(batch: Batch, features: Tensor, online: Networks, imitation: flo
         features: the Critic-DQN's, of x, [B, F], without gradient: Eq. 5 trains the policy alone.
         online: the networks.
         imitation: weight of the distance; 0 leaves Eq. 5.
+        critic: Q^A; None takes the online one.
     """
+    critic = critic or online.critic
     with torch.no_grad():
-        first = online.critic.first(features)
+        first = critic.first(features)
     action = online.policy(batch.x)
-    q: Tensor = online.critic.value_from_hidden(first, action)
+    q: Tensor = critic.value_from_hidden(first, action)
     if imitation == 0.0:
         return -q.mean()
     with torch.no_grad():
-        is_better = online.critic.value_from_hidden(first, batch.controller_action) > q
+        is_better = critic.value_from_hidden(first, batch.controller_action) > q
     distance = torch.square((action - batch.controller_action) / online.policy_head.half_range).sum(dim=1)
     imitation_loss: Tensor = imitation * (is_better * distance).mean()
     return imitation_loss - q.mean()

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from asddpg.algorithm.networks import NetworkShape, branch_size
-from asddpg.algorithm.replay import TransitionLayout
+from asddpg.algorithm.replay import ReplayShape
 from asddpg.errors import UserError
 
 if TYPE_CHECKING:  # asddpg.config imports tasks, and with it mujoco, which an agent does without
@@ -17,13 +17,11 @@ _COPIES = 8
 _HARMLESS = 2**26  # bytes; a smaller network is loaded, and loading reports what is wrong
 
 
-def check_memory(shape: NetworkShape, learning: "AgentConfig") -> None:
+def check_memory(shape: NetworkShape, learning: "AgentConfig", replay: ReplayShape) -> None:
     """UserError where weights or replay buffer are larger than this machine's memory."""
     branches = 2 + learning.assisted + learning.twin_critics
     _check(_COPIES * branches * branch_size(shape), "the networks take", "narrow network.widths")
-    row = TransitionLayout.build(shape.observation_size, len(shape.action_low)).width
-    rings = 2 if learning.balanced_batches else 1
-    _check(rings * learning.buffer_size * row, "the replay buffer takes", "lower agent.buffer_size")
+    _check(replay.numbers, "the replay buffer takes", "lower agent.buffer_size")
 
 
 def _check(numbers: int, what: str, cure: str) -> None:

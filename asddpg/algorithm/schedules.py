@@ -4,6 +4,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from asddpg.episodes.batch_steps import IntArray
+
 if TYPE_CHECKING:
     from asddpg.config import WithdrawalConfig
 
@@ -15,15 +17,19 @@ class Withdrawal:
     steps of training.
     """
 
-    def __init__(self, config: "WithdrawalConfig", total_steps: int, rng: np.random.Generator) -> None:
-        """Set the schedule for a training of `total_steps` steps."""
+    def __init__(self, config: "WithdrawalConfig", total_steps: int, rng: np.random.Generator, robots: int = 1) -> None:
+        """Set the schedule for a training of `total_steps` steps of all robots together.
+
+        Attributes:
+            is_alone: (robots,) whether a robot's actor drives alone now.
+        """
         self._begin, self._end = config.begin * total_steps, config.end * total_steps
         self._first, self._last = config.first_share, config.last_share
         self._stretch_steps = config.stretch_steps
         self._rng = rng
         self._steps = 0
-        self._steps_since_draw = 0
-        self.is_alone = False
+        self._steps_since_draw = np.zeros(robots, np.int64)
+        self.is_alone = np.zeros(robots, np.bool_)
 
     @property
     def share(self) -> float:
@@ -33,31 +39,33 @@ class Withdrawal:
         passed = max(0.0, self._steps - self._begin) / max(self._end - self._begin, 1.0)
         return self._first + passed * (self._last - self._first)
 
-    def begin_episode(self) -> None:
-        """Draw whether the controller may drive in it."""
-        self.is_alone = bool(self._rng.random() < self.share)
-        self._steps_since_draw = 0
+    def begin_episodes(self, robots: IntArray) -> None:
+        """Draw whether the controller may drive in the episodes of these robots."""
+        self.is_alone[robots] = self._rng.random(len(robots)) < self.share
+        self._steps_since_draw[robots] = 0
 
     def advance(self) -> None:
-        """One step of training has passed."""
-        self._steps += 1
+        """One step of each robot has passed."""
+        self._steps += len(self.is_alone)
         self._steps_since_draw += 1
-        if self._stretch_steps and self._steps_since_draw >= self._stretch_steps:
-            self.begin_episode()
+        if self._stretch_steps:
+            due = np.flatnonzero(self._steps_since_draw >= self._stretch_steps)
+            if len(due):
+                self.begin_episodes(due)
 
     def state(self) -> dict[str, Any]:
         """Position in the schedule, whether the controller may drive, and the random stream."""
         return {
             "steps": self._steps,
-            "steps_since_draw": self._steps_since_draw,
-            "is_alone": self.is_alone,
+            "steps_since_draw": self._steps_since_draw.copy(),
+            "is_alone": self.is_alone.copy(),
             "rng": self._rng.bit_generator.state,
         }
 
     def load_state(self, state: dict[str, Any]) -> None:
         """Restore what state() returned."""
-        self._steps, self._steps_since_draw = state["steps"], state["steps_since_draw"]
-        self.is_alone = state["is_alone"]
+        self._steps, self._steps_since_draw[:] = state["steps"], state["steps_since_draw"]
+        self.is_alone[:] = state["is_alone"]
         self._rng.bit_generator.state = state["rng"]
 
 

@@ -1,13 +1,13 @@
 """The NaN guard: numbers gone wrong end a training in the step in which they appear."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import SupportsFloat
 
 import numpy as np
 import numpy.typing as npt
 
-from asddpg.episodes.protocols import Step
+from asddpg.episodes.batch_steps import Steps
 
 LOSSES = ("critic_loss", "switch_loss", "policy_loss")  # a TD error may be NaN: of a driver that no sample is of
 
@@ -22,15 +22,19 @@ def check_finite(name: str, numbers: npt.NDArray[np.float32]) -> None:
         raise NotFiniteError(f"{name} holds {numbers[~np.isfinite(numbers)][0]}")
 
 
-def check_step(step: Step, learned: Mapping[str, SupportsFloat]) -> None:
-    """See that a step's action, observation, reward and losses are finite."""
-    check_finite("the action", step.decision.action)
-    check_finite("the observation", step.next_observation)
-    if not math.isfinite(step.reward):
-        raise NotFiniteError(f"the reward is {step.reward}")
-    for name in LOSSES:
-        if name in learned and not math.isfinite(value := float(learned[name])):
-            raise NotFiniteError(f"{name} is {value}")
+def check_steps(steps: Steps) -> None:
+    """See that the observations and rewards of a step are finite."""
+    check_finite("the observation", steps.next_observations)
+    if not np.isfinite(steps.rewards).all():
+        raise NotFiniteError(f"the reward is {steps.rewards[~np.isfinite(steps.rewards)][0]}")
+
+
+def check_learned(learned: Sequence[Mapping[str, SupportsFloat]]) -> None:
+    """See that the losses of each update are finite."""
+    for losses in learned:
+        for name in LOSSES:
+            if name in losses and not math.isfinite(value := float(losses[name])):
+                raise NotFiniteError(f"{name} is {value}")
 
 
 def check_weights(are_finite: Mapping[str, bool]) -> None:

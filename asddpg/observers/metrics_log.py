@@ -11,7 +11,9 @@ from typing import Any, Protocol, SupportsFloat, TextIO
 import numpy as np
 
 from asddpg.atomic_write import closed_on_error
-from asddpg.episodes.protocols import Episode, Observation, Observer, Step
+from asddpg.episodes.batch_steps import Steps
+from asddpg.episodes.protocols import Episode
+from asddpg.episodes.training_episodes import Learned, TrainingObserver
 
 WINDOW = 100  # episodes
 
@@ -42,7 +44,7 @@ class RecentOutcomes(deque[str]):
         return self.count(outcome) / len(self) if self else 0.0
 
 
-class MetricsLog(Observer):
+class MetricsLog(TrainingObserver):
     """Writes metrics.csv, in which nothing depends on the clock, and timing.csv; appends to existing ones."""
 
     def __init__(self, metrics: Path, timing: Path, tensorboard: ScalarWriter, seconds: float = 0.0) -> None:
@@ -56,12 +58,12 @@ class MetricsLog(Observer):
         """
         before = read_rows(metrics)
         self._recent = RecentOutcomes(row["outcome"] for row in before)
-        self._finished_steps, self._episodes = int(before[-1]["step"]) if before else 0, len(before)
+        self._steps = int(before[-1]["step"]) if before else 0
         self._metrics_file, self._metrics = _appended(metrics, COLUMNS)
         with closed_on_error(self._metrics_file):
             self._timing_file, self._timing = _appended(timing, ("step", "seconds", "steps_per_second"))
         self._tensorboard = tensorboard
-        self._learned: dict[str, list[SupportsFloat]] = {}
+        self._learned: dict[str, list[SupportsFloat]] = {}  # since the last row
         self._begun = time.perf_counter() - seconds
 
     @property
@@ -70,30 +72,28 @@ class MetricsLog(Observer):
         return time.perf_counter() - self._begun
 
     def state(self) -> dict[str, Any]:
-        """What was learned in the episode in progress."""
-        return {name: np.array(list(map(float, values))) for name, values in self._learned.items()}
+        """What was learned since the last row, and the training steps so far."""
+        learned = {name: np.array(list(map(float, values))) for name, values in self._learned.items()}
+        return {"learned": learned, "steps": self._steps}
 
     def load_state(self, state: Mapping[str, Any]) -> None:
-        """Go on in the middle of an episode, with what state() returned."""
-        self._learned = {name: values.tolist() for name, values in state.items()}
+        """Go on in the middle of episodes, with what state() returned."""
+        self._learned = {name: values.tolist() for name, values in state["learned"].items()}
+        self._steps = state["steps"]
 
-    def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
-        """Reset the means."""
-        self._learned = {}
-
-    def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
+    def step(self, steps: Steps, learned: Learned) -> None:
         """Keep what was learned; reading a value here would make a GPU wait."""
-        for name, value in learned.items():
-            self._learned.setdefault(name, []).append(value)
+        self._steps += len(steps.rewards)
+        for update in learned:
+            for name, value in update.items():
+                self._learned.setdefault(name, []).append(value)
 
-    def end_episode(self, episode: Episode) -> None:
-        """Write the row."""
-        self._episodes += 1
-        self._finished_steps += episode.steps
+    def end_episode(self, robot: int, number: int, episode: Episode) -> None:
+        """Write the row; what was learned is that since the last one, of any robot."""
         self._recent.append(episode.outcome)
         row: dict[str, Any] = {
-            "step": self._finished_steps,
-            "episode": self._episodes,
+            "step": self._steps,
+            "episode": number,
             "outcome": episode.outcome,
             "steps": episode.steps,
             "total_reward": episode.total_reward,
@@ -106,11 +106,12 @@ class MetricsLog(Observer):
         }
         self._metrics.writerow([row.get(column, "") for column in COLUMNS])
         self._metrics_file.flush()
+        self._learned = {}
         for name in COLUMNS[3:]:
             if name in row:
-                self._tensorboard.add_scalar(f"train/{name}", row[name], self._finished_steps)
+                self._tensorboard.add_scalar(f"train/{name}", row[name], self._steps)
         seconds = self.seconds
-        self._timing.writerow((self._finished_steps, f"{seconds:.3f}", f"{self._finished_steps / seconds:.1f}"))
+        self._timing.writerow((self._steps, f"{seconds:.3f}", f"{self._steps / seconds:.1f}"))
         self._timing_file.flush()
 
     def _means(self) -> dict[str, float]:

@@ -1,12 +1,14 @@
 """The progress bar."""
 
 import os
-from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, SupportsFloat, TypeVar
+from collections.abc import Iterable, Sequence
+from typing import Any, TypeVar
 
 from tqdm import tqdm
 
-from asddpg.episodes.protocols import Driver, Episode, Observer, Step
+from asddpg.episodes.batch_steps import Steps
+from asddpg.episodes.protocols import Episode
+from asddpg.episodes.training_episodes import Learned, TrainingObserver
 from asddpg.messages import ERR, print_line
 from asddpg.observers.metrics_log import RecentOutcomes
 
@@ -18,7 +20,7 @@ def _options() -> dict[str, Any]:
     return {"file": ERR, "mininterval": ON_TERMINAL if os.isatty(2) else IN_FILE, "dynamic_ncols": True}
 
 
-class ProgressBar(Observer):
+class ProgressBar(TrainingObserver):
     """Steps a second, time left, outcomes of the last 100 episodes, controller share of the last 1000 steps or so."""
 
     def __init__(self, total_steps: int, steps: int = 0, outcomes: Iterable[str] = ()) -> None:
@@ -27,12 +29,13 @@ class ProgressBar(Observer):
         self._recent = RecentOutcomes(outcomes)
         self._share = 0.0
 
-    def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
-        """Move on by one."""
-        self._share += 0.001 * ((step.decision.driver is Driver.CONTROLLER) - self._share)
-        self._bar.update()
+    def step(self, steps: Steps, learned: Learned) -> None:
+        """Move on by a step of each robot."""
+        by_controller = steps.decisions.by_controller
+        self._share += (1.0 - 0.999 ** len(by_controller)) * (float(by_controller.mean()) - self._share)
+        self._bar.update(len(by_controller))
 
-    def end_episode(self, episode: Episode) -> None:
+    def end_episode(self, robot: int, number: int, episode: Episode) -> None:
         """Show the outcomes."""
         self._recent.append(episode.outcome)
         share = self._recent.share

@@ -1,81 +1,66 @@
 """A row for each training step, to steps.f32 and steps.npz: pose, driver, actions and Q-values."""
 
 import io
-from array import array
-from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, SupportsFloat
+from typing import Any
 
 import numpy as np
 
 from asddpg.atomic_write import write_whole
-from asddpg.episodes.protocols import Driver, Episode, Observation, Observer, Step
+from asddpg.episodes.batch_steps import Float32Array, FloatArray, Infos, IntArray, Steps
+from asddpg.episodes.protocols import Episode
+from asddpg.episodes.training_episodes import Learned, TrainingObserver
 
 COLUMNS = (
     "episode", "x", "y", "distance", "by_controller",
     "actor_v", "actor_omega", "v", "omega", "q_policy", "q_controller",
 )  # fmt: skip
 
-_NAN = float("nan")
 
+class StepLog(TrainingObserver):
+    """Writes the steps of a training, 44 bytes each, in their order, and all as columns when it is closed.
 
-class StepLog(Observer):
-    """Writes the steps of a training, 44 bytes each, episode by episode, and all as columns when it is closed.
-
-    `episode`, counted from 1 · `x`, `y`, `distance` to the goal (m) where the choice was made · `by_controller`, 1
-    where the controller drove · `actor_v`, `actor_omega` the actor's action before noise (m/s, rad/s) · `v`,
-    `omega` what was executed · `q_policy`, `q_controller`, nan without a switch. Each float32 (steps,).
+    `episode`, its number · `x`, `y`, `distance` to the goal (m) where the choice was made · `by_controller`, 1 where
+    the controller drove · `actor_v`, `actor_omega` the actor's action before noise (m/s, rad/s) · `v`, `omega` what
+    was executed · `q_policy`, `q_controller`, nan without a switch. Each float32 (steps,); robots follow one another
+    in each step.
     """
 
-    def __init__(self, rows: Path, columns: Path, episodes: int = 0) -> None:
-        """Open `rows`, which grows during the training; existing rows, of so many episodes, are kept.
+    def __init__(self, rows: Path, columns: Path) -> None:
+        """Open `rows`, which grows during the training; existing rows are kept.
 
         close() writes them as named columns to `columns`, .npz.
         """
         self._columns = columns
         self._file = rows.open("a+b")
-        self._values = array("f")
-        self._episode = episodes
-        self._where: tuple[float, ...] = (_NAN, _NAN, _NAN)
+        self._where: FloatArray = np.zeros((0, 4))
 
-    def state(self) -> dict[str, Any]:
-        """Of the episode in progress: its rows, and the place of the next choice."""
-        return {"rows": np.array(self._values, dtype=np.float32), "place": list(self._where)}
+    def go_on(self, numbers: IntArray, infos: Infos) -> None:
+        """Go on at a present instant, in episodes of these numbers."""
+        self._where = np.column_stack((numbers, infos["pose"][:, :2], infos["distance"]))
 
-    def load_state(self, state: Mapping[str, Any]) -> None:
-        """Go on in the middle of an episode, with what state() returned."""
-        self._episode += 1
-        self._values = array("f", state["rows"].tobytes())
-        self._where = tuple(state["place"])
-
-    def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
+    def begin_episodes(self, robots: IntArray, numbers: IntArray, observations: Float32Array, infos: Infos) -> None:
         """Record the place of the first choice."""
-        self._values = array("f")
-        self._episode += 1
-        self._where = (*info["pose"][:2], info["distance"])
+        if not len(self._where):
+            self._where = np.zeros((len(observations), 4))
+        self._where[robots, 0] = numbers
+        self._where[:, 1:] = np.column_stack((infos["pose"][:, :2], infos["distance"]))
 
-    def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
-        """Add a row; its place is that before the step, where the choice was made."""
-        decision = step.decision
-        actor_action = decision.action if decision.actor_action is None else decision.actor_action
-        self._values.extend(
-            (
-                self._episode,
-                *self._where,
-                decision.driver is Driver.CONTROLLER,
-                *actor_action.tolist(),
-                *decision.action.tolist(),
-                _NAN if decision.q_policy is None else decision.q_policy,
-                _NAN if decision.q_controller is None else decision.q_controller,
-            )
-        )
-        self._where = (*step.info["pose"][:2], step.info["distance"])
+    def step(self, steps: Steps, learned: Learned) -> None:
+        """Add a row for each robot; its place is that before the step, where the choice was made."""
+        decisions = steps.decisions
+        q = np.full((len(self._where), 2), np.nan) if decisions.q is None else decisions.q
+        parts = (self._where, decisions.by_controller, decisions.actor_actions, decisions.actions, q)
+        self._file.write(np.column_stack(parts).astype(np.float32).tobytes())
+        self._where[:, 1:] = np.column_stack((steps.infos["pose"][:, :2], steps.infos["distance"]))
 
-    def end_episode(self, episode: Episode) -> None:
-        """Write its rows."""
-        self._file.write(self._values.tobytes())
+    def end_episode(self, robot: int, number: int, episode: Episode) -> None:
+        """Show the rows to readers."""
         self._file.flush()
-        self._values = array("f")
+
+    def flush(self) -> None:
+        """Write all rows to the file."""
+        self._file.flush()
 
     def close(self) -> None:
         """Write the columns, whole or not at all."""

@@ -73,7 +73,6 @@ class Recorder:
         notify: Callable[[str], None],
         first_step: int = 0,
         first_episode: int = 0,
-        counts_steps: bool = True,
         cameras: Cameras | None = None,
         owns_folder: bool = False,
     ) -> None:
@@ -87,7 +86,6 @@ class Recorder:
             notify: called once, with a sentence, if recording fails.
             first_step: training steps that were made before.
             first_episode: episodes that were driven before.
-            counts_steps: whether the observed steps are training steps.
             cameras: their pictures are recorded too.
             owns_folder: whether the folder was made for this recorder; without files it is deleted at the end.
         """
@@ -106,22 +104,26 @@ class Recorder:
         self._stats = Episode()  # up to the last one that was written
         self._info: Mapping[str, Any] = {}  # of that one
         self._steps, self._episodes = first_step, first_episode
-        self._counts_steps, self._owns_folder = counts_steps, owns_folder
+        self._next_episode, self._owns_folder = first_episode + 1, owns_folder
         self._has_failed = False
         self.files = 0
         self.last: Path | None = None
 
+    def go_to(self, step: int, episode: int) -> None:
+        """Number the next episode, which begins at that step; the numbers since the last one are of other robots."""
+        self._steps, self._next_episode = step, episode
+
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
-        """Begin a file, if this episode is chosen."""
-        self._episodes += 1
-        if self._selection.chosen(self._episodes):
+        """Begin a file, if this episode is chosen, or one that another robot drove since the last."""
+        numbers = range(self._episodes + 1, self._next_episode + 1)
+        self._episodes, self._next_episode = self._next_episode, self._next_episode + 1
+        if any(map(self._selection.chosen, numbers)):
             self._stats, self._info, self._number = Episode(), info, -1
             self._samples = [self._sampler.sample(self._number, None, observation)]
             self._file = self._begin_file(info)
 
     def step(self, step: Step, learned: Mapping[str, SupportsFloat]) -> None:
         """Take a sample, and write a batch when it is full."""
-        self._steps += self._counts_steps
         if self._file is not None:
             self._number += 1
             self._samples.append(self._sampler.sample(self._number, step, step.next_observation))

@@ -85,15 +85,14 @@ def _truncate_logs(run: Path, marks: Mapping[str, Mapping[str, Any]]) -> None:
 
 def _rewind_recordings(folder: RunFolder, state: Mapping[str, Any] | None) -> None:
     """Remove those of later episodes; that of the episode in progress, which resumes unrecorded, ends as cut."""
-    finished = state["episodes"]["finished_episodes"] if state else 0
-    in_progress = finished + 1 if state and state["episodes"]["episode"] else None
+    episodes = state["episodes"] if state else None
+    newest = int(episodes["numbers"][0]) if episodes else 0  # of robot 0, which is recorded
     for path in sorted(folder.episodes.glob("*.mcap*")):
         episode = _episode_number(path)
-        if episode == in_progress:
-            if path.suffix == ".part":
-                complete_interrupted(path)
-        elif episode > finished:
+        if episode > newest:
             path.unlink()
+        elif path.suffix == ".part" and episodes and episodes["in_progress"][0]:
+            complete_interrupted(path)
 
 
 def _rewind_weights(folder: RunFolder, best: Any) -> None:

@@ -9,7 +9,7 @@ from asddpg.errors import UserError
 from asddpg.runs import state_files
 from asddpg.runs.state_files import INVALID, DamagedStateError
 
-FORMAT = "asddpg-training-2"
+FORMAT = "asddpg-training-3"
 KEPT = 2
 
 
