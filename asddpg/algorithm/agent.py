@@ -16,7 +16,7 @@ from asddpg.algorithm.replay import ReplayBuffer, Transitions
 from asddpg.algorithm.reward_shaping import assisted_rewards
 from asddpg.algorithm.schedules import Withdrawal
 from asddpg.episodes.batch_steps import BoolArray, Decisions, Float32Array, IntArray, Steps
-from asddpg.episodes.protocols import Action, Controller, Decision, Observation, Stateful
+from asddpg.episodes.protocols import Action, Controller, Decision, Observation
 
 if TYPE_CHECKING:  # asddpg.config imports tasks, and with it mujoco, which an agent does without
     from asddpg.config import AgentConfig
@@ -65,7 +65,7 @@ class AsDDPG:
         self._returns = NStepReturns(config.n_steps, config.gamma, robots)
         self._observed = np.zeros(robots, np.int64)  # numbers of the present observations in the replay buffer
         self._owed = 0  # samples of the steps that no update has learned from yet
-        self._parts: dict[str, Stateful] = {
+        self._parts: dict[str, Any] = {
             "replay": replay,
             "noise": noise,
             "withdrawal": withdrawal,

@@ -79,9 +79,13 @@ class ObservationRing:
     def state(self) -> dict[str, Any]:
         """Views of what is held, the count of all that were added, and each robot's newest number."""
         size = min(self._count, self._capacity)
-        arrays = {"scans": self._scans, "rests": self._rests, "stacks": self._stacks}
-        held = {name: array[:size] for name, array in arrays.items()}
-        return {**held, "count": self._count, "newest": self._newest.copy()}
+        return {
+            "scans": self._scans[:size],
+            "rests": self._rests[:size],
+            "stacks": self._stacks[:size],
+            "count": self._count,
+            "newest": self._newest.copy(),
+        }
 
     def load_state(self, state: Mapping[str, Any]) -> None:
         """Restore what state() returned.
