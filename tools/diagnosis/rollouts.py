@@ -11,7 +11,7 @@ import torch
 
 from asddpg.algorithm.agent import AsDDPG
 from asddpg.algorithm.networks import CONTROLLER, POLICY
-from asddpg.algorithm.reward_shaping import assisted_reward
+from asddpg.algorithm.reward_shaping import assisted_rewards
 from asddpg.config import AgentConfig
 from asddpg.episodes.drivers import FixedDriver
 from asddpg.episodes.evaluation import StartGoalPair
@@ -55,16 +55,16 @@ def _drive_pair(environment: gymnasium.Env, driver: FixedDriver, pair: StartGoal
     recorder = _StepRecorder()
     episode = run_episode(environment, driver, (recorder,), options={"start": pair.start, "goal": pair.goal})
     steps = [(step, step.decision) for step in recorder.steps]
-    price = config.gamma_p, config.controller_price
-    rewards = [assisted_reward(s.reward, s.info["dense_reward"], d.driver, *price) for s, d in steps]
+    by_controller = np.array([decision.driver is Driver.CONTROLLER for _, decision in steps])
+    rewards, dense_rewards = np.array([(step.reward, step.info["dense_reward"]) for step, _ in steps]).T
     return Rollout(
         outcome=episode.outcome,
         goal=pair.goal,
         places=np.array(recorder.places, dtype=np.float64),
         observations=np.array([step.observation for step, _ in steps]),
         actions=np.array([decision.action for _, decision in steps], dtype=np.float64),
-        by_controller=np.array([decision.driver is Driver.CONTROLLER for _, decision in steps]),
-        rewards=np.array(rewards, dtype=np.float64),
+        by_controller=by_controller,
+        rewards=assisted_rewards(rewards, dense_rewards, by_controller, config.gamma_p, config.controller_price),
     )
 
 
@@ -75,8 +75,9 @@ def critic_values(agent: AsDDPG, rollouts: Sequence[Rollout]) -> dict[str, Float
     By name: actor for Q^A(x, π(x)); with a switch also policy for Q(x, σ = policy) and controller for
     Q(x, σ = controller).
     """
-    x = torch.from_numpy(np.concatenate([rollout.observations for rollout in rollouts])).to(agent.device)
     networks = agent.networks
+    device = next(networks.parameters()).device
+    x = torch.from_numpy(np.concatenate([rollout.observations for rollout in rollouts])).to(device)
     features = networks.features(x)
     values = {"actor": networks.critic(features, networks.policy(x))}
     if networks.switch is not None:

@@ -10,16 +10,18 @@ import pytest
 import torch
 
 from asddpg.algorithm.agent import AsDDPG
-from asddpg.algorithm.controllers import ProportionalController
+from asddpg.algorithm.controllers import Controllers, ProportionalController
 from asddpg.algorithm.exploration import OrnsteinUhlenbeckNoise
+from asddpg.algorithm.learner import Learner
 from asddpg.algorithm.losses import Batch, TargetRule, bellman_targets, critic_dqn_loss, policy_loss
 from asddpg.algorithm.networks import Networks, NetworkShape
-from asddpg.algorithm.replay import ReplayBuffer, Transition
+from asddpg.algorithm.replay import ReplayBuffer, ReplayShape, Transitions
 from asddpg.algorithm.schedules import Withdrawal
 from asddpg.config import AgentConfig, ExplorationConfig, WithdrawalConfig
 from asddpg.episodes.drivers import actor_alone
 from asddpg.episodes.loop import run_episode
 from asddpg.episodes.protocols import Action, Decision, Driver, Observation, Step
+from tests.support.one_agent import ROBOT, OneAgent, steps_of
 
 LOW, HIGH = np.array([0.0, -1.0], dtype=np.float32), np.array([0.5, 1.0], dtype=np.float32)
 
@@ -50,6 +52,7 @@ class Identity:
 FAST: dict[str, Any] = {
     "critic_learning_rate": 1e-3,
     "policy_every": 1,
+    "batch_size": 32,
     "n_steps": 1,
     "annealing": 0.0,
     "withdrawal": WithdrawalConfig(last_share=0.0),
@@ -69,30 +72,32 @@ class Useless:
         return LOW
 
 
-def make_agent(controller: Any, seed: int = 0, shape: NetworkShape | None = None, **learning: Any) -> AsDDPG:
+def make_agent(
+    controller: Any, seed: int = 0, shape: NetworkShape | None = None, robots: int = 1, **learning: Any
+) -> AsDDPG:
     assisted = controller is not None
     settings = FAST | {"critic_follows_switch": assisted, "imitation": float(assisted)} | learning
     config = AgentConfig(learning_starts=100, actor_learning_rate=1e-3, gamma=0.5, assisted=assisted, **settings)
     shape = shape or NetworkShape(3, None, LOW.tolist(), HIGH.tolist(), (32, 32), twin_critics=config.twin_critics)
     torch.manual_seed(seed)
     rng = np.random.default_rng(seed)
+    networks = Networks(shape, with_switch=controller is not None)
+    withdrawal = replace(config.withdrawal, begin=1 / 3, end=2 / 3)
     return AsDDPG(
-        networks=Networks(shape, with_switch=controller is not None),
-        config=config,
-        replay=ReplayBuffer(5000, shape.observation_size, 2, rng),
-        noise=OrnsteinUhlenbeckNoise((HIGH - LOW) / 2, NOISE, 3000, rng),
-        controller=controller,
-        withdrawal=Withdrawal(replace(config.withdrawal, begin=1 / 3, end=2 / 3), 3000, np.random.default_rng(seed)),
-        total_steps=3000,
-        smoothing_seed=seed,
-        device=torch.device("cpu"),
+        Learner(networks, config, 3000, seed, torch.device("cpu"), is_concurrent=robots > 1),
+        config,
+        ReplayBuffer(ReplayShape(5000, shape.observation_size, 2, n_steps=config.n_steps), rng, robots),
+        OrnsteinUhlenbeckNoise((HIGH - LOW) / 2, NOISE, 3000, rng, robots),
+        Controllers([controller] * robots) if assisted else None,
+        Withdrawal(withdrawal, 3000, np.random.default_rng(seed), robots),
+        robots,
     )
 
 
 def train(agent: AsDDPG, steps: int) -> None:
     environment, done = Identity(seed=1), 0
     while done < steps:
-        done += run_episode(environment, agent).steps
+        done += run_episode(environment, OneAgent(agent)).steps
 
 
 def mean_reward(agent: Any) -> float:
@@ -133,7 +138,7 @@ def test_every_network_learns_all_its_parameters(options: dict[str, bool]) -> No
     before = copy.deepcopy(agent.networks)
     rng = np.random.default_rng(0)
     x, x_next = (torch.from_numpy(rng.normal(size=(16, 23)).astype(np.float32)) for _ in range(2))
-    agent.update(random_batch()._replace(x=x, x_next=x_next))
+    agent.learner.update([random_batch()._replace(x=x, x_next=x_next)], steps=0)
     for (name, found), old in zip(agent.networks.named_parameters(), before.parameters(), strict=True):
         assert not torch.equal(found, old), name
 
@@ -145,8 +150,8 @@ def test_an_update_is_critic_then_policy_then_targets(learning: dict[str, Any]) 
     with torch.no_grad():
         for parameter in agent.networks.parameters():
             parameter.add_(0.1 * torch.randn_like(parameter))
-    twin, target, config = copy.deepcopy(agent.networks), copy.deepcopy(agent.target), agent.config
-    agent.update(batch)
+    twin, target, config = copy.deepcopy(agent.networks), copy.deepcopy(agent.learner.target), agent._config
+    agent.learner.update([batch], steps=0)
 
     def step(parameters: list[torch.nn.Parameter], loss: torch.Tensor, rate: float) -> None:
         gradients = torch.autograd.grad(loss, parameters)
@@ -166,22 +171,22 @@ def test_an_update_is_critic_then_policy_then_targets(learning: dict[str, Any]) 
     online, before = dict(agent.networks.named_parameters()), dict(target.named_parameters())
     for name in followed:
         between = config.tau * online[name] + (1 - config.tau) * before[name]
-        torch.testing.assert_close(agent.target.get_parameter(name), between, msg=name)
+        torch.testing.assert_close(agent.learner.target.get_parameter(name), between, msg=name)
 
 
 def test_switch_drops_a_useless_controller() -> None:
     agent = make_agent(Useless())
     train(agent, 3000)
     environment = Identity(seed=3)
-    shares = [run_episode(environment, agent).controller_share for _ in range(20)]
+    shares = [run_episode(environment, OneAgent(agent)).controller_share for _ in range(20)]
     assert np.mean(shares) < 0.2
 
 
 def test_switch_keeps_a_perfect_controller_while_the_policy_cannot() -> None:
     agent = make_agent(Perfect())
-    agent._policy_optimizer.param_groups[0]["lr"] = 0.0
+    agent.learner._update_policy = lambda *_: torch.zeros(())  # type: ignore[method-assign]
     train(agent, 3000)
-    assert np.mean([run_episode(Identity(seed=4), agent).controller_share for _ in range(20)]) > 0.8
+    assert np.mean([run_episode(Identity(seed=4), OneAgent(agent)).controller_share for _ in range(20)]) > 0.8
 
 
 def test_the_greedy_switch_takes_the_larger_q() -> None:
@@ -192,7 +197,7 @@ def test_the_greedy_switch_takes_the_larger_q() -> None:
     for bias in (-1.0, 1.0):
         with torch.no_grad():
             agent.networks.switch.out.bias.copy_(torch.tensor([0.0, bias, -bias]))
-        decision = agent.decide(rng.normal(size=3).astype(np.float32))
+        decision = agent.decide(rng.normal(size=(1, 3)).astype(np.float32)).row(0)
         assert decision.q_policy is not None
         assert decision.q_controller is not None
         assert (decision.driver is Driver.CONTROLLER) == (decision.q_controller > decision.q_policy)
@@ -209,9 +214,10 @@ def test_a_delayed_policy_moves_with_every_second_update_and_the_critic_with_eve
     agent, batch = make_agent(Useless(), policy_every=2), random_batch()
     moved = []
     for _ in range(4):
-        parts = (agent._policy, agent._target_policy, agent._critic_dqn, agent._target_critic_dqn)
+        learner = agent.learner
+        parts = (learner._policy, learner._target_policy, learner._critic_dqn, learner._target_critic_dqn)
         before = [part.vector.clone() for part in parts]
-        learned = agent.update(batch)
+        (learned,) = learner.update([batch], steps=0)
         moved.append([not torch.equal(part.vector, old) for part, old in zip(parts, before, strict=True)])
         assert ("policy_loss" in learned) is moved[-1][0]
     assert moved == [[True, True, True, True], [False, False, True, True]] * 2
@@ -223,13 +229,11 @@ def test_returns_over_three_steps_store_every_step_and_only_an_end_stops_the_boo
 ) -> None:
     agent = make_agent(None, n_steps=3)  # γ is 0.5
     observation, decision = np.zeros(3, dtype=np.float32), Decision(LOW, Driver.POLICY)
+    agent.begin_episodes(ROBOT, observation[None])
     for index in range(4):
-        is_last = index == 3
-        agent.learn(
-            Step(observation, decision, 1.0, observation, terminated and is_last, not terminated and is_last, {})
-        )
-    assert isinstance(agent._replay, ReplayBuffer)
-    rows, layout = agent._replay._rows[: len(agent._replay)], agent._replay.layout
+        ends = (terminated and index == 3, not terminated and index == 3)
+        agent.store(steps_of(Step(observation, decision, 1.0, observation, *ends, {})))
+    rows, layout = agent._replay._packed(np.arange(4)), agent._replay.layout
     np.testing.assert_allclose(rows[:, layout.reward], [1.75, 1.75, 1.5, 1.0])
     np.testing.assert_allclose(rows[:, layout.discount], [0.25, 0.25 * last, 0.5 * last, last])
 
@@ -237,7 +241,7 @@ def test_returns_over_three_steps_store_every_step_and_only_an_end_stops_the_boo
 def test_target_smoothing_is_cut_and_the_same_for_the_same_seed() -> None:
     def noises(seed: int) -> torch.Tensor:
         agent = make_agent(None, seed, target_noise=0.2)
-        drawn = [agent._target_rule(random_batch()).noise for _ in range(200)]
+        drawn = [agent.learner._target_rule(random_batch()).noise for _ in range(200)]
         return torch.stack([noise for noise in drawn if noise is not None])
 
     found = noises(0)
@@ -249,9 +253,8 @@ def test_target_smoothing_is_cut_and_the_same_for_the_same_seed() -> None:
 
 def test_executed_actions_stay_within_bounds() -> None:
     agent = make_agent(None)
-    agent.begin_episode()
     for _ in range(300):
-        action = agent.decide(np.array([0.5, 1.0, 1.0], dtype=np.float32)).action
+        (action,) = agent.decide(np.array([[0.5, 1.0, 1.0]], dtype=np.float32)).actions
         assert np.all(action >= LOW)
         assert np.all(action <= HIGH)
 
@@ -260,10 +263,10 @@ def stored(agent: AsDDPG, **changes: Any) -> Mapping[str, float]:
     observation = np.zeros(3, dtype=np.float32)
     decision = Decision(LOW, changes.pop("driver", Driver.POLICY))
     values: dict[str, Any] = {"reward": 1.0, "terminated": False, "truncated": False, "info": {}} | changes
-    agent.learn(Step(observation, decision, next_observation=observation, **values))
-    assert isinstance(agent._replay, ReplayBuffer)
+    agent.begin_episodes(ROBOT, observation[None])
+    agent.store(steps_of(Step(observation, decision, next_observation=observation, **values)))
     layout = agent._replay.layout
-    row = agent._replay._rows[len(agent._replay) - 1]
+    (row,) = agent._replay._packed(np.array([len(agent._replay) - 1]))
     return {name: row[getattr(layout, name)] for name in ("reward", "switch_reward", "by_policy")}
 
 
@@ -290,25 +293,25 @@ def test_proportional_controller_heads_for_the_goal_within_bounds() -> None:
 
 def test_noise_wanders_fades_and_starts_anew() -> None:
     noise = OrnsteinUhlenbeckNoise([0.25, 1.0], ExplorationConfig(0.15, 0.2, 1.0, 0.1), 100, np.random.default_rng(0))
-    samples = np.array([noise.sample() for _ in range(20_000)]) / [0.25, 1.0]
+    samples = np.array([noise.sample(ROBOT)[0] for _ in range(20_000)]) / [0.25, 1.0]
     # Stationary deviation of n ← (1 − θ) n + σ 𝒩: σ / √(1 − (1 − θ)²).
     np.testing.assert_allclose(samples.std(axis=0), 0.2 / np.sqrt(1 - 0.85**2), rtol=0.05)
     np.testing.assert_allclose([np.corrcoef(samples[:-1, i], samples[1:, i])[0, 1] for i in (0, 1)], 0.85, atol=0.02)
-    for _ in range(50):
-        noise.advance()
+    noise.advance(50)
     assert noise.scale == pytest.approx(0.55)
-    for _ in range(100):
-        noise.advance()
+    noise.advance(100)
     assert noise.scale == pytest.approx(0.1)
-    noise.reset()
-    assert np.all(np.abs(noise.sample()) < 0.2)
+    noise.reset(ROBOT)
+    assert np.all(np.abs(noise.sample(ROBOT)) < 0.2)
 
 
 def test_replay_keeps_the_newest_and_gives_back_what_was_put_in() -> None:
-    buffer = ReplayBuffer(4, 3, 2, np.random.default_rng(0))
+    buffer = ReplayBuffer(ReplayShape(4, 3, 2), np.random.default_rng(0))
     for value in range(6):
-        part = np.full(3, value, dtype=np.float32)
-        buffer.add(Transition(part, part[:2] + 10, value + 20, value + 50, 1.0, 0.0, part + 30, part[:2] + 40))
+        part = np.full((1, 3), value, dtype=np.float32)
+        x, x_next = (buffer.observe(each, ROBOT) for each in (part, part + 30))
+        numbers = (np.array([float(number)]) for number in (value + 20, value + 50, 1.0, 0.0))
+        buffer.add(Transitions(x, part[:, :2] + 10, *numbers, x_next, part[:, :2] + 40))
     layout, rows = buffer.layout, buffer.sample(200)
     values = rows[:, 0]
     assert set(values) == {2.0, 3.0, 4.0, 5.0}

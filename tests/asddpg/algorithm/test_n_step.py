@@ -4,24 +4,27 @@ import numpy as np
 import pytest
 
 from asddpg.algorithm.n_step import NStepReturns
-from asddpg.algorithm.replay import BalancedReplay, Transition
+from asddpg.algorithm.replay import BalancedReplay, ReplayShape, Transitions
+from tests.support.one_agent import ROBOT
 
 
-def transition(index: int, discount: float = 1.0, by_policy: float = 1.0) -> Transition:
-    """Step `index` of an episode: x is [index], its reward index + 1, the switch's ten times that."""
-    x, x_next = np.array([index], np.float32), np.array([index + 1], np.float32)
-    action = np.array([index, -index], np.float32)
-    return Transition(x, action, index + 1.0, 10.0 * (index + 1.0), discount, by_policy, x_next, action)
+def steps(index: int, discount: float = 1.0, by_policy: float = 1.0, robots: int = 1) -> Transitions:
+    """Step `index` of an episode of each robot: x is index, its reward index + 1, the switch's ten times that."""
+    x, action = np.full(robots, index), np.tile(np.array([index, -index], np.float32), (robots, 1))
+    numbers = [np.full(robots, value) for value in (index + 1.0, 10.0 * (index + 1.0), discount, by_policy)]
+    return Transitions(x, action, *numbers, x + 1, action)
+
+
+NO, YES = np.array([False]), np.array([True])
 
 
 def test_one_step_changes_nothing() -> None:
     returns = NStepReturns(1, 0.9)
-    given = [transition(0), transition(1, discount=0.0)]
-    taken = [out for index, step in enumerate(given) for out in returns.add(step, index == 1)]
+    given = [steps(0), steps(1, discount=0.0)]
+    taken = [out for index, step in enumerate(given) for out in returns.add(step, YES if index else NO)]
     for before, after in zip(given, taken, strict=True):
-        assert after.reward == before.reward
-        assert after.discount == before.discount
-        np.testing.assert_array_equal(after.next_observation, before.next_observation)
+        for one, other in zip(before, after, strict=True):
+            np.testing.assert_array_equal(one, other)
 
 
 @pytest.mark.parametrize("last_discount", [0.0, 1.0], ids=["end", "time limit"])
@@ -30,43 +33,52 @@ def test_three_steps_and_what_is_left_at_the_end(last_discount: float) -> None:
     taken = [
         out
         for index in range(4)
-        for out in returns.add(transition(index, last_discount if index == 3 else 1.0), index == 3)
+        for out in returns.add(steps(index, last_discount if index == 3 else 1.0), YES if index == 3 else NO)
     ]
     assert [int(out.observation[0]) for out in taken] == [0, 1, 2, 3]
     assert [int(out.next_observation[0]) for out in taken] == [3, 4, 4, 4]
     rewards = [1 + 0.9 * 2 + 0.81 * 3, 2 + 0.9 * 3 + 0.81 * 4, 3 + 0.9 * 4, 4]
-    np.testing.assert_allclose([out.reward for out in taken], rewards)
-    np.testing.assert_allclose([out.switch_reward for out in taken], 10 * np.array(rewards))
+    np.testing.assert_allclose([out.reward[0] for out in taken], rewards)
+    np.testing.assert_allclose([out.switch_reward[0] for out in taken], 10 * np.array(rewards))
     discounts = [gamma**2, gamma**2 * last_discount, gamma * last_discount, last_discount]
-    np.testing.assert_allclose([out.discount for out in taken], discounts)
+    np.testing.assert_allclose([out.discount[0] for out in taken], discounts)
 
 
 def test_episodes_are_not_joined_whether_ended_or_cut() -> None:
     returns = NStepReturns(3, 0.9)
-    assert len(returns.add(transition(0), is_last=True)) == 1
-    assert returns.add(transition(5), is_last=False) == []
-    returns.begin_episode()
-    (only,) = returns.add(transition(7), is_last=True)
-    assert only.observation[0] == 7.0
+    assert len(returns.add(steps(0), YES)) == 1
+    assert returns.add(steps(5), NO) == []
+    returns.begin_episodes(ROBOT)
+    (only,) = returns.add(steps(7), YES)
+    assert only.observation[0] == 7
+
+
+def test_many_robots_have_the_returns_that_each_has_alone() -> None:
+    rng = np.random.default_rng(0)
+    ends = rng.random((50, 5)) < 0.2
+    together, alone = NStepReturns(3, 0.9, robots=5), [NStepReturns(3, 0.9) for _ in range(5)]
+    for index in range(50):
+        step = steps(index, robots=5)._replace(reward=rng.normal(size=5), by_policy=np.arange(5.0))
+        found: dict[int, list[tuple[float, ...]]] = {robot: [] for robot in range(5)}
+        for out in together.add(step, ends[index]):
+            for row in range(len(out.reward)):
+                robot = int(out.by_policy[row])
+                found[robot].append((out.observation[row], out.next_observation[row], out.reward[row]))
+        for robot in range(5):
+            own = alone[robot].add(step.of(np.arange(5) == robot), ends[index, robot : robot + 1])
+            assert found[robot] == [(out.observation[0], out.next_observation[0], out.reward[0]) for out in own]
+
+
+def fill(replay: BalancedReplay, index: int, by_policy: float) -> None:
+    numbers = [replay.observe(np.full((1, 1), value, np.float32), ROBOT) for value in (index, index + 1)]
+    replay.add(steps(index, by_policy=by_policy)._replace(observation=numbers[0], next_observation=numbers[1]))
 
 
 def test_a_balanced_batch_is_half_from_each_driver() -> None:
-    replay = BalancedReplay(1000, 1, 2, np.random.default_rng(0))
+    replay = BalancedReplay(ReplayShape(1000, 1, 2), np.random.default_rng(0))
     for index in range(100):
-        replay.add(transition(index, by_policy=0.0))
+        fill(replay, index, by_policy=0.0)
     assert np.all(replay.sample(32)[:, replay.layout.by_policy] == 0.0)  # no step of the policy yet
-    replay.add(transition(100))
+    fill(replay, 100, by_policy=1.0)
     assert len(replay) == 101
     assert replay.sample(32)[:, replay.layout.by_policy].sum() == 16
-
-
-def test_one_drivers_steps_push_out_none_of_the_others() -> None:
-    replay = BalancedReplay(10, 1, 2, np.random.default_rng(0))
-    replay.add(transition(0, by_policy=0.0))
-    for index in range(100):
-        replay.add(transition(index))
-    assert len(replay) == 11
-    rows = replay.sample(64)
-    policys = rows[:, replay.layout.by_policy] == 1.0
-    assert np.all(rows[~policys, 0] == 0.0)
-    assert np.all(rows[policys, 0] >= 90.0)

@@ -3,9 +3,15 @@
 import numpy as np
 import pytest
 
-from asddpg.algorithm.reward_shaping import assisted_reward
+from asddpg.algorithm.reward_shaping import assisted_rewards
 from asddpg.episodes.protocols import Driver
 from tasks.rewards import REWARDS, Outcome, Reward, dense_part
+
+
+def charged(reward: float, dense_reward: float, driver: Driver, **prices: float) -> float:
+    numbers = np.array([reward]), np.array([dense_reward]), np.array([driver is Driver.CONTROLLER])
+    return float(assisted_rewards(*numbers, **prices)[0])
+
 
 DENSE = Reward(progress=1.0, time_penalty=0.01, reach=5.0, crash=-5.0)
 
@@ -28,7 +34,7 @@ DENSE = Reward(progress=1.0, time_penalty=0.01, reach=5.0, crash=-5.0)
 )
 def test_truth_table(driver: Driver, outcome: Outcome, progress: float, expected: float) -> None:
     terms = DENSE.terms(outcome, previous_distance=1.0, distance=1.0 - progress)
-    reward = assisted_reward(sum(terms.values()), dense_part(terms), driver, gamma_p=0.5)
+    reward = charged(sum(terms.values()), dense_part(terms), driver, gamma_p=0.5)
     np.testing.assert_allclose(reward, expected, atol=1e-12)
 
 
@@ -36,14 +42,14 @@ def test_truth_table(driver: Driver, outcome: Outcome, progress: float, expected
 def test_never_acts_under_the_sparse_reward(outcome: Outcome) -> None:
     terms = REWARDS["sparse"].terms(outcome, previous_distance=1.0, distance=0.9)
     reward = sum(terms.values())
-    assert assisted_reward(reward, dense_part(terms), Driver.CONTROLLER, gamma_p=0.0) == reward
+    assert charged(reward, dense_part(terms), Driver.CONTROLLER, gamma_p=0.0) == reward
 
 
 def test_one_is_free() -> None:
-    assert assisted_reward(0.08, 0.08, Driver.CONTROLLER, gamma_p=1.0) == 0.08
+    assert charged(0.08, 0.08, Driver.CONTROLLER, gamma_p=1.0) == 0.08
 
 
 def test_a_price_is_taken_off_the_controllers_steps_under_any_reward() -> None:
-    assert assisted_reward(-0.05, -0.05, Driver.CONTROLLER, gamma_p=0.5, price=0.1) == pytest.approx(-0.15)
-    assert assisted_reward(0.08, 0.08, Driver.CONTROLLER, gamma_p=0.5, price=0.1) == pytest.approx(-0.06)
-    assert assisted_reward(-0.05, -0.05, Driver.POLICY, gamma_p=0.5, price=0.1) == -0.05
+    assert charged(-0.05, -0.05, Driver.CONTROLLER, gamma_p=0.5, price=0.1) == pytest.approx(-0.15)
+    assert charged(0.08, 0.08, Driver.CONTROLLER, gamma_p=0.5, price=0.1) == pytest.approx(-0.06)
+    assert charged(-0.05, -0.05, Driver.POLICY, gamma_p=0.5, price=0.1) == -0.05

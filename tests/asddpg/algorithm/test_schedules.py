@@ -2,12 +2,14 @@
 
 import numpy as np
 import pytest
+import torch
 
 from asddpg.algorithm.schedules import Withdrawal
 from asddpg.config import WithdrawalConfig
 from asddpg.episodes.loop import run_episode
 from asddpg.episodes.protocols import Driver
 from tests.asddpg.algorithm.test_agent import Identity, Perfect, make_agent
+from tests.support.one_agent import ROBOT, OneAgent
 
 
 def schedule(stretch_steps: int = 0, first: float = 0.0, last: float = 1.0) -> Withdrawal:
@@ -30,18 +32,18 @@ def test_episodes_are_drawn_by_the_share() -> None:
     withdrawal = schedule(first=0.3)
     drawn = []
     for _ in range(2000):
-        withdrawal.begin_episode()
-        drawn.append(withdrawal.is_alone)
+        withdrawal.begin_episodes(ROBOT)
+        drawn.append(bool(withdrawal.is_alone[0]))
     assert np.mean(drawn) == pytest.approx(0.3, abs=0.04)
 
 
 def test_stretches_change_within_an_episode() -> None:
     whole, stretches = schedule(first=0.5, last=0.5), schedule(stretch_steps=10, first=0.5, last=0.5)
     for withdrawal, can_change in ((whole, False), (stretches, True)):
-        withdrawal.begin_episode()
+        withdrawal.begin_episodes(ROBOT)
         seen = []
         for _ in range(200):
-            seen.append(withdrawal.is_alone)
+            seen.append(bool(withdrawal.is_alone[0]))
             withdrawal.advance()
         assert (len(set(seen)) == 2) is can_change
         changes = np.flatnonzero(np.diff(seen)) + 1
@@ -50,23 +52,21 @@ def test_stretches_change_within_an_episode() -> None:
 
 def test_once_withdrawn_the_actor_drives_every_step_though_the_switch_would_not() -> None:
     agent = make_agent(Perfect())
-    with_noise = agent.decide(np.zeros(3, dtype=np.float32))
-    assert with_noise.q_policy is not None
     assert agent.networks.switch is not None
     agent.networks.switch.out.bias.data[2] += 1.0  # the controller's advantage
-    assert agent.decide(np.zeros(3, dtype=np.float32)).driver is Driver.CONTROLLER
-    agent._withdrawal.is_alone = True
-    assert agent.decide(np.zeros(3, dtype=np.float32)).driver is Driver.POLICY
+    assert agent.decide(np.zeros((1, 3), dtype=np.float32)).by_controller[0]
+    agent._withdrawal.is_alone[0] = True
+    assert not agent.decide(np.zeros((1, 3), dtype=np.float32)).by_controller[0]
     # The schedule does not change how the switched policy drives once trained.
     assert agent.decide_greedily(np.zeros(3, dtype=np.float32)).driver is Driver.CONTROLLER
 
 
 def test_the_controller_drives_less_and_less_and_in_the_end_not_at_all() -> None:
     agent = make_agent(Perfect(), withdrawal=WithdrawalConfig(last_share=1.0), imitation=0.0)
-    agent._policy_optimizer.param_groups[0]["lr"] = 0.0
+    agent.learner._update_policy = lambda *_: torch.zeros(())  # type: ignore[method-assign]
     environment, shares = Identity(seed=0), []
     while agent.steps < 3000:  # the schedule of make_agent goes from step 1000 to 2000
-        shares.append(run_episode(environment, agent).controller_share)
+        shares.append(run_episode(environment, OneAgent(agent)).controller_share)
     assert np.mean(shares[50:100]) > 0.5
     assert 0.05 < np.mean(shares[120:180]) < np.mean(shares[50:100])
     assert np.mean(shares[200:]) == 0.0
@@ -77,9 +77,9 @@ def test_annealing_brings_adams_steps_to_zero_at_the_end() -> None:
     environment = Identity(seed=0)
     rates = []
     while agent.steps < 3000:
-        run_episode(environment, agent)
-        rates.append(agent._policy_optimizer.param_groups[0]["lr"])
+        run_episode(environment, OneAgent(agent))
+        rates.append(agent.learner._policy_optimizer.param_groups[0]["lr"])
     at = [rates[step // 10 - 1] for step in (1500, 2250, 3000)]
     np.testing.assert_allclose(at, [1e-3, 0.5e-3, 0.0], atol=1e-5)
-    run_episode(environment, agent)  # past its end training stands still, and does not climb the loss
-    assert agent._policy_optimizer.param_groups[0]["lr"] == 0.0
+    run_episode(environment, OneAgent(agent))  # past its end training stands still, and does not climb the loss
+    assert agent.learner._policy_optimizer.param_groups[0]["lr"] == 0.0

@@ -18,6 +18,7 @@ from asddpg.runs import weights_file
 from asddpg.runs.run_folder import RunFolder, read_training
 from asddpg.training import Training
 from tests.conftest import TINY
+from tests.support.one_agent import steps_of
 
 
 def agent_of(run: Path) -> AsDDPG:
@@ -99,7 +100,7 @@ def test_an_interrupted_training_keeps_its_steps(tmp_path: Path, monkeypatch: py
     with pytest.raises(KeyboardInterrupt):
         train.main(["task=nav_empty", *TINY, "validation.every=50", f"run_dir={tmp_path / 'run'}"])
     with np.load(tmp_path / "run/steps.npz", allow_pickle=False) as steps:
-        assert len(steps["x"]) == int(read_rows(tmp_path / "run/metrics.csv")[-1]["step"]) >= 50
+        assert len(steps["x"]) == 50
 
 
 # TD errors --------------------------------------------------------------------------------------------------------
@@ -119,12 +120,11 @@ class NoWriter:
 def test_the_metrics_average_over_updates_that_had_samples(tmp_path: Path) -> None:
     log = MetricsLog(tmp_path / "metrics.csv", tmp_path / "timing.csv", NoWriter())
     nan, zeros = float("nan"), np.zeros(2, dtype=np.float32)
-    step = Step(zeros, Decision(zeros, Driver.POLICY), 0.0, zeros, False, False, {})
+    steps = steps_of(Step(zeros, Decision(zeros, Driver.POLICY), 0.0, zeros, False, False, {}))
     for errors in ([(1.0, nan), (2.0, 5.0), (3.0, nan)], [(1.0, nan)], []):
-        log.begin_episode(zeros, {})
         for policy, controller in errors:
-            log.step(step, {"critic_loss": 1.0, "td_error_policy": policy, "td_error_controller": controller})
-        log.end_episode(Episode("reached", 3, 0.0, 0, 0.0))
+            log.step(steps, [{"critic_loss": 1.0, "td_error_policy": policy, "td_error_controller": controller}])
+        log.end_episode(0, 1, Episode("reached", 3, 0.0, 0, 0.0))
     log.close()
     found = [(row["td_error_policy"], row["td_error_controller"]) for row in read_rows(tmp_path / "metrics.csv")]
     assert found == [("2.0", "5.0"), ("1.0", ""), ("", "")]

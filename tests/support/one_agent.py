@@ -1,0 +1,46 @@
+"""An AsDDPG of one robot as a driver of the episode loop, which learns after each step."""
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from asddpg.algorithm.agent import AsDDPG
+from asddpg.episodes.batch_steps import Decisions, Steps
+from asddpg.episodes.protocols import Decision, Driver, Observation, Step
+
+ROBOT = np.zeros(1, np.int64)
+
+
+class OneAgent:
+    """Drives and learns, an observation at a time."""
+
+    def __init__(self, agent: AsDDPG) -> None:
+        self.agent, self._begins = agent, False
+
+    def begin_episode(self) -> None:
+        self._begins = True
+
+    def decide(self, observation: Observation) -> Decision:
+        if self._begins:
+            self.agent.begin_episodes(ROBOT, observation[None])
+            self._begins = False
+        return self.agent.decide(observation[None]).row(0)
+
+    def learn(self, step: Step) -> Mapping[str, Any]:
+        self.agent.store(steps_of(step))
+        return {name: value for update in self.agent.learn() for name, value in update.items()}
+
+
+def steps_of(step: Step) -> Steps:
+    decision, controller = step.decision, step.decision.controller_action
+    actor = decision.action if decision.actor_action is None else decision.actor_action
+    decisions = Decisions(
+        decision.action[None],
+        np.array([decision.driver is Driver.CONTROLLER]),
+        actor[None],
+        None if controller is None else controller[None],
+    )
+    infos = {name: np.array([value]) for name, value in step.info.items()}
+    ends = (np.array([end]) for end in (step.terminated, step.truncated))
+    return Steps(step.observation[None], decisions, np.array([step.reward]), step.next_observation[None], *ends, infos)
