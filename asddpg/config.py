@@ -87,12 +87,12 @@ class AgentConfig:
     name: str = "asddpg"
     assisted: bool = option(True, "Whether a controller assists; without one AsDDPG is DDPG.")
     gamma: float = option(0.99, "γ, discount of a step.", DISCOUNT)
-    tau: float = option(0.005, "τ, share of the way the targets move at each update.", POSITIVE_SHARE)
-    actor_learning_rate: float = option(3e-4, "Learning rate of the policy (Adam).", POSITIVE)
-    critic_learning_rate: float = option(9e-4, "Learning rate of the Critic-DQN (Adam).", POSITIVE)
+    tau: float = option(0.01, "τ, share of the way the targets move at each update.", POSITIVE_SHARE)
+    actor_learning_rate: float = option(4e-4, "Learning rate of the policy (Adam).", POSITIVE)
+    critic_learning_rate: float = option(1.2e-3, "Learning rate of the Critic-DQN (Adam).", POSITIVE)
     batch_size: int = option(256, "N of Algorithm 1, transitions an update.", POSITIVE)
     samples_per_step: int = option(
-        32,
+        16,
         "Transitions learned from for each training step: an update is due after every batch_size of them.",
         POSITIVE,
     )

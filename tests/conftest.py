@@ -9,7 +9,7 @@ import pytest
 ROOT = Path(__file__).resolve().parent.parent
 
 TINY = ["total_steps=400", "agent.learning_starts=100", "network=fc2x100", "test_episodes=0", "seed=101"]
-TINY += ["robots=1", "agent.batch_size=32"]
+TINY += ["robots=1", "agent.batch_size=32", "agent.samples_per_step=32"]
 TINY += ["validation.every=200", "validation.episodes=1", "task.time_limit_steps=40"]
 
 
