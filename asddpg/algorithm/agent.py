@@ -28,6 +28,7 @@ class AsDDPG:
     Attributes:
         learner: updates the networks.
         networks: online networks.
+        replay: the replay buffer R.
         robots: number of robots that it drives while it learns.
         steps: training steps so far, of all robots together.
     """
@@ -57,7 +58,7 @@ class AsDDPG:
         if (controllers is None) != (self.networks.switch is None):
             raise ValueError("a switch needs a controller to switch to, and a controller needs a switch")
         self.learner, self.robots, self.steps = learner, robots, 0
-        self._config, self._replay, self._noise, self._withdrawal = config, replay, noise, withdrawal
+        self._config, self.replay, self._noise, self._withdrawal = config, replay, noise, withdrawal
         self._controllers = controllers
         self._low = np.asarray(self.networks.shape.action_low, dtype=np.float32)
         self._high = np.asarray(self.networks.shape.action_high, dtype=np.float32)
@@ -89,7 +90,7 @@ class AsDDPG:
         self._noise.reset(robots)
         self._withdrawal.begin_episodes(robots)
         self._returns.begin_episodes(robots)
-        self._observed[robots] = self._replay.observe(observations, robots)
+        self._observed[robots] = self.replay.observe(observations, robots)
 
     def decide(self, observations: Float32Array) -> Decisions:
         """Algorithm 1, lines 9–15: the greedy switch, then the policy with noise, or the controller.
@@ -150,7 +151,7 @@ class AsDDPG:
         """Algorithm 1, line 17: store a step of every robot."""
         transitions = self._transitions(steps)
         for completed in self._returns.add(transitions, steps.terminated | steps.truncated):
-            self._replay.add(completed)
+            self.replay.add(completed)
         self._observed = transitions.next_observation
         self.steps += self.robots
         self._noise.advance(self.robots)
@@ -163,11 +164,11 @@ class AsDDPG:
             Losses and TD errors of each update.
         """
         size = self._config.batch_size
-        if len(self._replay) < max(self._config.learning_starts, size):
+        if len(self.replay) < max(self._config.learning_starts, size):
             return []
         count, self._owed = divmod(self._owed + self.robots * self._config.samples_per_step, size)
-        rows = [torch.from_numpy(self._replay.sample(size)).to(self._device) for _ in range(count)]
-        return self.learner.update([Batch.unpack(each, self._replay.layout) for each in rows], self.steps)
+        rows = [torch.from_numpy(self.replay.sample(size)).to(self._device) for _ in range(count)]
+        return self.learner.update([Batch.unpack(each, self.replay.layout) for each in rows], self.steps)
 
     def _transitions(self, steps: Steps) -> Transitions:
         decisions, config = steps.decisions, self._config
@@ -183,7 +184,7 @@ class AsDDPG:
             switch_reward=charged,
             discount=np.where(steps.terminated, 0.0, 1.0),
             by_policy=np.where(decisions.by_controller, 0.0, 1.0),
-            next_observation=self._replay.observe(steps.next_observations, np.arange(self.robots)),
+            next_observation=self.replay.observe(steps.next_observations, np.arange(self.robots)),
             controller_action=decisions.actions if controller_actions is None else controller_actions,
         )
 

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from asddpg.algorithm.agent import AsDDPG
+from asddpg.algorithm.replay import Transitions
 from asddpg.episodes.batch_steps import Decisions, Steps
 from asddpg.episodes.protocols import Decision, Driver, Observation, Step
 
@@ -42,5 +43,18 @@ def steps_of(step: Step) -> Steps:
         None if controller is None else controller[None],
     )
     infos = {name: np.array([value]) for name, value in step.info.items()}
-    ends = (np.array([end]) for end in (step.terminated, step.truncated))
-    return Steps(step.observation[None], decisions, np.array([step.reward]), step.next_observation[None], *ends, infos)
+    return Steps(
+        step.observation[None],
+        decisions,
+        np.array([step.reward]),
+        step.next_observation[None],
+        np.array([step.terminated]),
+        np.array([step.truncated]),
+        infos,
+    )
+
+
+def transitions(x: Any, actions: Any, values: tuple[float, float, float, float], x_next: Any) -> Transitions:
+    """Of one robot or of several with the same reward, switch reward, discount and by_policy."""
+    reward, switch_reward, discount, by_policy = (np.full(len(x), value) for value in values)
+    return Transitions(x, actions, reward, switch_reward, discount, by_policy, x_next, actions)

@@ -7,13 +7,16 @@ from pathlib import Path
 
 import numpy as np
 
-from asddpg.build import make_agent, make_environment, navigation_env, prepare_torch
+from asddpg.algorithm.agent import AsDDPG
+from asddpg.algorithm.replay import Transitions
+from asddpg.build import make_agent, make_robots, prepare_torch
 from asddpg.command_line import train_config
 from asddpg.episodes.training_episodes import TrainingEpisodes
 from asddpg.observers.step_log import COLUMNS
 from asddpg.runs.rewind import log_lengths
 from asddpg.runs.run_folder import RunFolder
 from asddpg.runs.training_states import TrainingStates
+from tasks.constants import NUM_BEAMS, NUM_SCANS
 
 ROUNDS, STEPS = 5, 400
 
@@ -22,10 +25,10 @@ ROUNDS, STEPS = 5, 400
 def checkpoint() -> None:
     """Print the share, with a full replay buffer and logs as long as it, and the disk space."""
     config = train_config(["task=nav_complex"])
-    environment = make_environment(config.task, config.reward)
-    agent = make_agent(config, environment)
-    episodes = TrainingEpisodes(environment, navigation_env(environment), agent, config.seed)
-    _fill(episodes, config.agent.buffer_size)
+    robots = make_robots(config.task, config.reward, config.robots)
+    agent = make_agent(config, robots.envs[0])
+    episodes = TrainingEpisodes(robots, agent, config.seed)
+    _fill(agent, config.agent.buffer_size)
     steps, writes, walls = [], [], []
     with tempfile.TemporaryDirectory() as path:
         folder = RunFolder(Path(path))
@@ -48,13 +51,15 @@ def checkpoint() -> None:
     print(f"share {share:.2%} (bar: at most 2 %; rounds {min(shares):.2%} to {max(shares):.2%})")
 
 
-def _fill(episodes: TrainingEpisodes, count: int) -> None:
+def _fill(agent: AsDDPG, count: int) -> None:
     """Give the agent a full replay buffer, of numbers like those of scans."""
-    state = episodes.state()
-    width = state["agent"]["replay"]["rows"].shape[1]
-    rows = np.random.default_rng(0).uniform(-0.5, 0.5, (count, width)).astype(np.float32)
-    state["agent"]["replay"] |= {"rows": rows, "next": 0}
-    episodes.load_state(state)
+    rng, robots, zeros = np.random.default_rng(0), np.arange(agent.robots), np.zeros(agent.robots)
+    actions = np.zeros((agent.robots, 2), np.float32)
+    for _ in range(count // agent.robots):
+        scans = np.tile(rng.uniform(-0.5, 0.5, (agent.robots, NUM_BEAMS)), NUM_SCANS)
+        observations = np.column_stack((scans, rng.uniform(-1, 1, (agent.robots, 4)))).astype(np.float32)
+        numbers = agent.replay.observe(observations, robots)
+        agent.replay.add(Transitions(numbers, actions, zeros, zeros, zeros, zeros, numbers, actions))
 
 
 def _drive(episodes: TrainingEpisodes, steps: int) -> float:

@@ -15,13 +15,13 @@ from asddpg.algorithm.exploration import OrnsteinUhlenbeckNoise
 from asddpg.algorithm.learner import Learner
 from asddpg.algorithm.losses import Batch, TargetRule, bellman_targets, critic_dqn_loss, policy_loss
 from asddpg.algorithm.networks import Networks, NetworkShape
-from asddpg.algorithm.replay import ReplayBuffer, ReplayShape, Transitions
+from asddpg.algorithm.replay import ReplayBuffer, ReplayShape
 from asddpg.algorithm.schedules import Withdrawal
 from asddpg.config import AgentConfig, ExplorationConfig, WithdrawalConfig
 from asddpg.episodes.drivers import actor_alone
 from asddpg.episodes.loop import run_episode
 from asddpg.episodes.protocols import Action, Decision, Driver, Observation, Step
-from tests.support.one_agent import ROBOT, OneAgent, steps_of
+from tests.support.one_agent import ROBOT, OneAgent, steps_of, transitions
 
 LOW, HIGH = np.array([0.0, -1.0], dtype=np.float32), np.array([0.5, 1.0], dtype=np.float32)
 
@@ -233,7 +233,7 @@ def test_returns_over_three_steps_store_every_step_and_only_an_end_stops_the_boo
     for index in range(4):
         ends = (terminated and index == 3, not terminated and index == 3)
         agent.store(steps_of(Step(observation, decision, 1.0, observation, *ends, {})))
-    rows, layout = agent._replay._packed(np.arange(4)), agent._replay.layout
+    rows, layout = agent.replay._packed(np.arange(4)), agent.replay.layout
     np.testing.assert_allclose(rows[:, layout.reward], [1.75, 1.75, 1.5, 1.0])
     np.testing.assert_allclose(rows[:, layout.discount], [0.25, 0.25 * last, 0.5 * last, last])
 
@@ -265,8 +265,8 @@ def stored(agent: AsDDPG, **changes: Any) -> Mapping[str, float]:
     values: dict[str, Any] = {"reward": 1.0, "terminated": False, "truncated": False, "info": {}} | changes
     agent.begin_episodes(ROBOT, observation[None])
     agent.store(steps_of(Step(observation, decision, next_observation=observation, **values)))
-    layout = agent._replay.layout
-    (row,) = agent._replay._packed(np.array([len(agent._replay) - 1]))
+    layout = agent.replay.layout
+    (row,) = agent.replay._packed(np.array([len(agent.replay) - 1]))
     return {name: row[getattr(layout, name)] for name in ("reward", "switch_reward", "by_policy")}
 
 
@@ -310,8 +310,8 @@ def test_replay_keeps_the_newest_and_gives_back_what_was_put_in() -> None:
     for value in range(6):
         part = np.full((1, 3), value, dtype=np.float32)
         x, x_next = (buffer.observe(each, ROBOT) for each in (part, part + 30))
-        numbers = (np.array([float(number)]) for number in (value + 20, value + 50, 1.0, 0.0))
-        buffer.add(Transitions(x, part[:, :2] + 10, *numbers, x_next, part[:, :2] + 40))
+        added = transitions(x, part[:, :2] + 10, (value + 20, value + 50, 1.0, 0.0), x_next)
+        buffer.add(added._replace(controller_action=part[:, :2] + 40))
     layout, rows = buffer.layout, buffer.sample(200)
     values = rows[:, 0]
     assert set(values) == {2.0, 3.0, 4.0, 5.0}

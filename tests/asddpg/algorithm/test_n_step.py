@@ -5,14 +5,13 @@ import pytest
 
 from asddpg.algorithm.n_step import NStepReturns
 from asddpg.algorithm.replay import BalancedReplay, ReplayShape, Transitions
-from tests.support.one_agent import ROBOT
+from tests.support.one_agent import ROBOT, transitions
 
 
 def steps(index: int, discount: float = 1.0, by_policy: float = 1.0, robots: int = 1) -> Transitions:
     """Step `index` of an episode of each robot: x is index, its reward index + 1, the switch's ten times that."""
     x, action = np.full(robots, index), np.tile(np.array([index, -index], np.float32), (robots, 1))
-    numbers = [np.full(robots, value) for value in (index + 1.0, 10.0 * (index + 1.0), discount, by_policy)]
-    return Transitions(x, action, *numbers, x + 1, action)
+    return transitions(x, action, (index + 1.0, 10.0 * (index + 1.0), discount, by_policy), x + 1)
 
 
 NO, YES = np.array([False]), np.array([True])

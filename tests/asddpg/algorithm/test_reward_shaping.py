@@ -8,9 +8,9 @@ from asddpg.episodes.protocols import Driver
 from tasks.rewards import REWARDS, Outcome, Reward, dense_part
 
 
-def charged(reward: float, dense_reward: float, driver: Driver, **prices: float) -> float:
+def charged(reward: float, dense_reward: float, driver: Driver, gamma_p: float, price: float = 0.0) -> float:
     numbers = np.array([reward]), np.array([dense_reward]), np.array([driver is Driver.CONTROLLER])
-    return float(assisted_rewards(*numbers, **prices)[0])
+    return float(assisted_rewards(*numbers, gamma_p, price)[0])
 
 
 DENSE = Reward(progress=1.0, time_penalty=0.01, reach=5.0, crash=-5.0)

@@ -2,9 +2,8 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, SupportsFloat
+from typing import Any
 
-import gymnasium
 import mujoco
 import numpy as np
 import pytest
@@ -13,67 +12,75 @@ import yaml
 
 from asddpg import reproduce, train
 from asddpg.algorithm.agent import AsDDPG
-from asddpg.build import navigation_env
 from asddpg.episodes.training_episodes import TrainingEpisodes
 from asddpg.errors import NumericalFailure, UserError
 from asddpg.runs import state_files
+from tasks.gymnasium_api.navigation_vector_env import NavigationVectorEnv
 from tests.support.small_runs import QUICK, stopped
 
 NAN = float("nan")
-Step = tuple[Any, SupportsFloat, bool, bool, dict[str, Any]]
+Found = tuple[Any, ...]  # what finish_step() returns
 
 
-class Faulty(gymnasium.Wrapper[Any, Any, Any, Any]):
-    """The environment, and a fault in one step of the training."""
+class Faulty:
+    """The robots of a training, and a fault in one step."""
 
-    def __init__(self, env: gymnasium.Env, steps: int, step: int, fault: Callable[["Faulty", Any], Step]) -> None:
-        super().__init__(env)
+    def __init__(self, robots: NavigationVectorEnv, steps: int, step: int, fault: "Fault") -> None:
+        self.robots, self.physics = robots, robots.envs[0].physics
         self._steps, self._step, self._fault = steps, step, fault
 
-    def step(self, action: Any) -> Step:
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self.robots, name)
+
+    def begin_step(self, actions: Any) -> None:
         self._steps += 1
-        return self._fault(self, action) if self._steps == self._step else self.env.step(action)
+        self._actions = actions
+        if self._steps != self._step:
+            self.robots.begin_step(actions)
+
+    def finish_step(self) -> Found:
+        return self._fault(self, self._actions) if self._steps == self._step else self.robots.finish_step()
 
 
-def nan_reward(faulty: Faulty, action: Any) -> Step:
-    observation, _, *rest = faulty.env.step(action)
-    return observation, NAN, *rest
+Fault = Callable[[Faulty, Any], Found]
 
 
-def infinite_observation(faulty: Faulty, action: Any) -> Step:
-    observation, *rest = faulty.env.step(action)
-    observation[7] = np.inf
-    return observation, *rest
+def nan_reward(faulty: Faulty, actions: Any) -> Found:
+    observations, rewards, *rest = faulty.robots.step(actions)
+    return observations, np.full_like(rewards, NAN), *rest
 
 
-def nan_action(faulty: Faulty, _: Any) -> Step:
-    return faulty.env.step(np.full(2, np.nan, np.float32))
+def infinite_observation(faulty: Faulty, actions: Any) -> Found:
+    observations, *rest = faulty.robots.step(actions)
+    observations[0, 7] = np.inf
+    return observations, *rest
 
 
-def huge_velocity(faulty: Faulty, action: Any) -> Step:
-    navigation_env(faulty).physics.data.ptr.qvel[:] = 1e12
-    return faulty.env.step(action)
+def nan_action(faulty: Faulty, _: Any) -> Found:
+    return faulty.robots.step(np.full((1, 2), np.nan, np.float32))
 
 
-def everything_in_one_place(faulty: Faulty, action: Any) -> Step:
+def huge_velocity(faulty: Faulty, actions: Any) -> Found:
+    faulty.physics.data.ptr.qvel[:] = 1e12
+    return faulty.robots.step(actions)
+
+
+def everything_in_one_place(faulty: Faulty, actions: Any) -> Found:
     """More contacts than MuJoCo has memory for."""
-    physics = navigation_env(faulty).physics
-    model, data = physics.model.ptr, physics.data.ptr
+    model, data = faulty.physics.model.ptr, faulty.physics.data.ptr
     free = model.jnt_qposadr[model.jnt_type == mujoco.mjtJoint.mjJNT_FREE]
     for address in free:
         data.qpos[address : address + 3] = data.qpos[free[0] : free[0] + 3]
-    return faulty.env.step(action)
+    return faulty.robots.step(actions)
 
 
-def break_at(patch: pytest.MonkeyPatch, step: int, fault: Callable[[Faulty, Any], Step]) -> None:
+def break_at(patch: pytest.MonkeyPatch, step: int, fault: Fault) -> None:
     real = TrainingEpisodes.drive_step
 
     def drive_step(self: TrainingEpisodes, total_steps: int) -> None:
         if not isinstance(self._environment, Faulty):
-            assert isinstance(self._environment, gymnasium.Env)
+            assert isinstance(self._environment, NavigationVectorEnv)
             self._environment = Faulty(self._environment, self.step, step, fault)
-            if self._episode is not None:  # resumed
-                self._episode._environment = self._environment
         real(self, total_steps)
 
     patch.setattr(TrainingEpisodes, "drive_step", drive_step)
@@ -113,7 +120,7 @@ def _working_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     ],
 )
 def test_a_fault_stops_with_a_sentence_and_is_met_again(
-    fault: Callable[[Faulty, Any], Step],
+    fault: Fault,
     what: str,
     finished: int,
     step: int,
@@ -167,9 +174,9 @@ def test_a_loss_that_is_nan_stops_the_training(
 ) -> None:
     real = AsDDPG.learn
 
-    def learn(self: AsDDPG, step: Any) -> Any:
-        learned = real(self, step)
-        return {**learned, loss: torch.tensor(NAN)} if self.steps == 120 else learned
+    def learn(self: AsDDPG) -> Any:
+        learned = real(self)
+        return [*learned, {loss: torch.tensor(NAN)}] if self.steps == 120 else learned
 
     monkeypatch.setattr(AsDDPG, "learn", learn)
     with pytest.raises(NumericalFailure, match=f"after step 120 {loss} is nan"):
@@ -181,10 +188,10 @@ def spoil_weights(patch: pytest.MonkeyPatch, step: int) -> None:
     """One weight that no loss depends on yet."""
     real = AsDDPG.learn
 
-    def learn(self: AsDDPG, each: Any) -> Any:
-        learned = real(self, each)
+    def learn(self: AsDDPG) -> Any:
+        learned = real(self)
         if self.steps == step:
-            self._target_policy.vector[3] = NAN
+            self.learner._target_policy.vector[3] = NAN
         return learned
 
     patch.setattr(AsDDPG, "learn", learn)
@@ -198,7 +205,7 @@ def test_a_weight_that_is_nan_is_never_kept(
     with pytest.raises(NumericalFailure, match=f"after step {step} a weight of target_policy is not finite"):
         train.main([*QUICK, "run_dir=run"])
     for path in Path("run/resume").iterdir():
-        for tensor in state_files.read(path)["episodes"]["agent"]["weights"].values():
+        for tensor in state_files.read(path)["episodes"]["agent"]["learner"]["weights"].values():
             assert bool(torch.isfinite(tensor).all())
     assert f"again: after step {step} a weight of target_policy is not finite" in reproduced(capsys)
 

@@ -13,7 +13,8 @@ import pytest
 import yaml
 
 from asddpg import train, training
-from asddpg.episodes.evaluation import EvaluationResult, evaluate
+from asddpg.episodes.evaluation import EvaluationResult
+from asddpg.episodes.side_by_side import evaluate_side_by_side
 from asddpg.errors import UserError
 from asddpg.observers.metrics_log import read_rows
 from asddpg.runs import weights_file
@@ -74,9 +75,9 @@ def test_stopped_again_and_again_it_comes_out_the_same(
 def test_stopped_during_a_validation(unbroken: Path, run: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def stopping(*arguments: Any, **options: Any) -> EvaluationResult:
         interrupt()
-        return evaluate(*arguments, **options)
+        return evaluate_side_by_side(*arguments, **options)
 
-    monkeypatch.setattr(training, "evaluate", stopping)
+    monkeypatch.setattr(training, "evaluate_side_by_side", stopping)
     with pytest.raises(SystemExit) as ended:
         train.main([*QUICK, f"run_dir={run}"])
     assert ended.value.code == 130
@@ -185,10 +186,10 @@ def test_the_best_weights_are_of_this_past_and_no_other(run: Path, monkeypatch: 
     rates = [0.5, 1.0]
 
     def rated(*arguments: Any, **options: Any) -> EvaluationResult:
-        metrics = evaluate(*arguments, **options)
+        metrics = evaluate_side_by_side(*arguments, **options)
         return replace(metrics, success_rate=metrics.success_rate._replace(value=rates.pop(0) if rates else 0.0))
 
-    monkeypatch.setattr(training, "evaluate", rated)
+    monkeypatch.setattr(training, "evaluate_side_by_side", rated)
     stopped([*QUICK, f"run_dir={run}"], 239, die)  # the second validation lies after the checkpoint of step 200
     first, second = (int(row["step"]) for row in read_rows(run / "validation.csv"))
     assert first < 200 < second == step_of_best(run)

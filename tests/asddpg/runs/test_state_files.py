@@ -11,9 +11,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as of_numpy
 
-from asddpg.algorithm.replay import BalancedReplay, ReplayBuffer, ReplayShape, Transitions
+from asddpg.algorithm.replay import BalancedReplay, ReplayBuffer, ReplayShape
 from asddpg.runs import state_files
-from tests.support.one_agent import ROBOT
+from tests.support.one_agent import ROBOT, transitions
 from tests.support.small_runs import assert_same_tree
 
 # The same examples each time.
@@ -90,9 +90,8 @@ def test_what_would_not_come_back_is_refused(value: object, tmp_path: Path) -> N
 
 def fill(ring: ReplayBuffer, number: int, by_policy: bool = True) -> None:
     action = np.full((1, 2), number, np.float32)
-    values = [np.array([float(value)]) for value in (number, -number, 1.0, by_policy)]
     x = ring.observe(np.full((1, 3), number, np.float32), ROBOT)
-    ring.add(Transitions(x, action, *values, x, action))
+    ring.add(transitions(x, action, (number, -number, 1.0, float(by_policy)), x))
 
 
 def buffer(kind: type, capacity: int, seed: int = 0) -> Any:
