@@ -13,7 +13,7 @@ from pathlib import Path
 
 from asddpg.build import prepare_torch
 from asddpg.command_line import train_config
-from asddpg.errors import import_extra
+from asddpg.errors import UserError, import_extra
 from asddpg.messages import print_line
 from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
@@ -52,7 +52,9 @@ def main(arguments: Sequence[str]) -> None:
         parsed.folder.mkdir(parents=True, exist_ok=True)
         for peer in _peers(parsed):
             path = parsed.folder / f"{peer.title}.json"
-            if not path.exists():
+            if path.exists():
+                _check_conditions(peer, path)
+            else:
                 _train(peer, parsed)
                 peer.write(path)
     done = [PeerRun.read(path) for path in sorted(parsed.folder.glob("*.json"))]
@@ -66,6 +68,13 @@ def _peers(parsed: PeersArguments) -> list[PeerRun]:
         for algorithm in parsed.algorithms or ALGORITHMS
         for setting in parsed.settings
     ]
+
+
+def _check_conditions(peer: PeerRun, path: Path) -> None:
+    found = PeerRun.read(path)
+    if (found.target, found.limit_minutes) != (peer.target, peer.limit_minutes):
+        conditions = f"target={found.target:g} limit_minutes={found.limit_minutes:g}"
+        raise UserError(f"{path} is a run with {conditions}; folder= takes another folder for others")
 
 
 def _train(peer: PeerRun, parsed: PeersArguments) -> None:

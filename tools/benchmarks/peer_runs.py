@@ -20,7 +20,17 @@ from tasks.evaluation_pairs import stored_pairs
 from tools.benchmarks.peer_settings import SETTINGS
 from tools.experiments.tables import markdown
 
-COLUMNS = ("algorithm", "setting", "seed", "minutes of training", "with evaluations", "steps", "updates", "steps/s")
+COLUMNS = (
+    "task",
+    "algorithm",
+    "setting",
+    "seed",
+    "minutes of training",
+    "with evaluations",
+    "steps",
+    "updates",
+    "steps/s",
+)
 Float32Array = npt.NDArray[np.float32]
 Rates = Callable[[], tuple[float, float]]  # success and collisions of the actor alone
 
@@ -64,6 +74,16 @@ class PeerRun:
     def is_reached(self) -> bool:
         """Whether the last evaluation reached the target."""
         return bool(self.evaluations) and self.evaluations[-1].success_rate >= self.target
+
+    @property
+    def best(self) -> float:
+        """The largest success rate of its evaluations."""
+        return max(each.success_rate for each in self.evaluations)
+
+    @property
+    def minutes(self) -> float:
+        """Of training, up to the last evaluation."""
+        return self.evaluations[-1].training_seconds / 60.0
 
     def write(self, path: Path) -> None:
         """Write its file: the fields, and the setting's options in words."""
@@ -132,16 +152,15 @@ def rates_of(predict: Callable[[Float32Array], Float32Array], task: str, episode
 
 
 def table(peers: Iterable[PeerRun]) -> str:
-    """Runs as Markdown, the fastest first, then those that the limit ended."""
-    done = sorted(peers, key=lambda peer: (not peer.is_reached, peer.evaluations[-1].training_seconds))
+    """Runs as Markdown, the fastest first, then those that the limit ended, the best first."""
+    done = sorted(peers, key=lambda peer: (not peer.is_reached, peer.minutes if peer.is_reached else -peer.best))
     return markdown([*COLUMNS, "success", "best", "collisions"], [_row(peer) for peer in done])
 
 
 def _row(peer: PeerRun) -> list[str]:
-    last, best = peer.evaluations[-1], max(each.success_rate for each in peer.evaluations)
-    minutes = [f"{seconds / 60:.1f}" for seconds in (last.training_seconds, last.wall_seconds)]
-    if not peer.is_reached:
-        minutes[0] = f"{minutes[0]}, not reached"
-    rates = [f"{last.success_rate:.2f}", f"{best:.2f}", f"{last.collision_rate:.2f}"]
-    speed = f"{last.steps / last.training_seconds:.0f}"
-    return [peer.algorithm, peer.setting, str(peer.seed), *minutes, str(last.steps), str(peer.updates), speed, *rates]
+    last = peer.evaluations[-1]
+    minutes = f"{peer.minutes:.1f}" if peer.is_reached else f"{peer.minutes:.1f}, not reached"
+    clocks = [minutes, f"{last.wall_seconds / 60:.1f}"]
+    counts = [str(last.steps), str(peer.updates), f"{last.steps / last.training_seconds:.0f}"]
+    rates = [f"{each:.2f}" for each in (last.success_rate, peer.best, last.collision_rate)]
+    return [peer.task, peer.algorithm, peer.setting, str(peer.seed), *clocks, *counts, *rates]

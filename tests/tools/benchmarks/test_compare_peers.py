@@ -16,7 +16,7 @@ from asddpg.errors import UserError
 from tasks import gymnasium_id
 from tasks.evaluation_pairs import stored_pairs
 from tools import bench, compare_peers
-from tools.benchmarks.peer_runs import Evaluation, PeerRun, rates_of, table, train
+from tools.benchmarks.peer_runs import Evaluation, PeerRun, rates_of, train
 from tools.benchmarks.peer_settings import ALGORITHMS, SETTINGS
 
 
@@ -50,7 +50,7 @@ def test_a_short_run_of_each_algorithm_leaves_a_file_and_a_row(
     content = json.loads((tmp_path / f"nav_complex_{algorithm}_defaults_seed100.json").read_text())
     assert content["updates"] > 0
     assert content["evaluations"][-1]["training_seconds"] >= 0.6
-    assert f"| {algorithm} | defaults | 100 | 0.0, not reached |" in capsys.readouterr().out
+    assert f"| nav_complex | {algorithm} | defaults | 100 | 0.0, not reached |" in capsys.readouterr().out
 
 
 @pytest.mark.parametrize("setting", SETTINGS)
@@ -119,14 +119,28 @@ def test_a_run_ends_within_its_steps_where_the_limit_is_up() -> None:
 def test_the_table_has_the_fastest_first_and_says_what_was_not_reached(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    for peer in (finished("frequent", 60.0, 0.6), finished("defaults", 1200.0, 0.9), finished("matched", 600.0, 0.92)):
+    slow, fast = finished("defaults", 1200.0, 0.9), finished("matched", 600.0, 0.92)
+    for peer in (finished("frequent", 60.0, 0.6), slow, fast):
         peer.write(tmp_path / f"{peer.title}.json")
         assert PeerRun.read(tmp_path / f"{peer.title}.json") == peer
     compare_peers.main(["table", f"folder={tmp_path}"])
     rows = [line.split(" | ") for line in capsys.readouterr().out.splitlines()[2:]]
-    assert [row[1] for row in rows] == ["matched", "defaults", "frequent"]
-    assert [row[3] for row in rows] == ["10.0", "20.0", "1.0, not reached"]
-    assert len(table([finished("matched", 60.0, 0.9)]).splitlines()) == 3
+    assert [row[2] for row in rows] == ["matched", "defaults", "frequent"]
+    assert [row[4] for row in rows] == ["10.0", "20.0", "1.0, not reached"]
+
+
+@pytest.mark.parametrize("option", ["limit_minutes=29", "target=0.95"])
+def test_a_finished_run_is_not_trained_again_and_stands_for_no_other_conditions(
+    option: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    pytest.importorskip("stable_baselines3")
+    peer = finished("matched", 60.0, 0.6)
+    peer.write(tmp_path / f"{peer.title}.json")
+    arguments = ["td3", "settings=[matched]", f"folder={tmp_path}"]
+    compare_peers.main(arguments)
+    assert "| td3 | matched | 100 | 1.0, not reached |" in capsys.readouterr().out
+    with pytest.raises(UserError, match="is a run with target=0.9 limit_minutes=30; folder= takes another folder"):
+        compare_peers.main([*arguments, option])
 
 
 def test_a_damaged_file_and_an_empty_folder_are_one_sentence(
