@@ -84,9 +84,7 @@ def samples(steps: int = 960, warm_up: int = 320) -> None:
     for loop in loops.values():
         loop(warm_up)
     speeds = {name: [learned / loop(steps) for _ in range(5)] for name, loop in loops.items()}
-    print(
-        f"{stable_baselines.ROBOTS} robots, {updates} updates of {batch} for {stable_baselines.ROBOTS} steps, one thread"
-    )
+    print(f"{updates} updates of {batch} for the {stable_baselines.ROBOTS} steps of as many robots, one thread")
     for name, values in speeds.items():
         print(f"{name:30} {np.median(values):6.0f} samples/s")
 
