@@ -83,10 +83,10 @@ def samples(steps: int = 960, warm_up: int = 320) -> None:
     learned = steps * updates * batch / stable_baselines.ROBOTS  # in a call
     for loop in loops.values():
         loop(warm_up)
-    speeds = {name: [learned / loop(steps) for _ in range(5)] for name, loop in loops.items()}
+    turns = [{name: learned / loop(steps) for name, loop in loops.items()} for _ in range(5)]
     print(f"{updates} updates of {batch} for the {stable_baselines.ROBOTS} steps of as many robots, one thread")
-    for name, values in speeds.items():
-        print(f"{name:30} {np.median(values):6.0f} samples/s")
+    for name in loops:
+        print(f"{name:30} {np.median([turn[name] for turn in turns]):6.0f} samples/s")
 
 
 def _ours(config: TrainConfig) -> Callable[[int], None]:
