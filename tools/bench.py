@@ -11,6 +11,9 @@ same convolutions in front, the same widths and batch, one update a step, one to
 and with denormal numbers flushed to zero, which this project does and the library does not; last with one convolutional
 front for actor and critic, which is not its default.
 
+`samples`: samples learned a second (updates times batch) by Stable-Baselines3's DDPG with 16 robots of one vector
+environment at batch 256.
+
 `timestep`: cost and accuracy of physics steps of 1, 2, 5 and 10 ms. `laser`: cost of a scan of 40 and of 682 beams.
 `rooms`: cost of a control step in each room. `reset`: cost of a new start and goal. `recording`: CPU a step and disk
 space of episodes recorded for Foxglove. `rendering`: cost of a picture. `checkpoint`: CPU of writing a training state,
@@ -21,11 +24,8 @@ import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
-import gymnasium
 import numpy as np
-import torch
 
-from asddpg.algorithm.networks import Features
 from asddpg.build import make_agent, make_environment, prepare_torch
 from asddpg.command_line import train_config
 from asddpg.config import TrainConfig
@@ -44,12 +44,14 @@ def training(steps: int = 1500) -> None:
     # Stable-Baselines3's DDPG updates the policy at every step: to compare, so must ours, whatever the default.
     alike = ["task=nav_complex", "agent.learning_starts=100", "agent.policy_every=1"]
     config = train_config(alike)
+    from tools.benchmarks import stable_baselines  # with the bench extra alone
+
     loops: dict[str, Callable[[int], None]] = {
         "AsDDPG": _ours(config),
         "DDPG": _ours(train_config([*alike, "agent=ddpg"])),
-        "SB3 DDPG": _stable_baselines(config, share_convolutions=False, is_flushed=False),
-        "SB3 DDPG, flushed": _stable_baselines(config, share_convolutions=False),
-        "SB3 DDPG, flushed, one front": _stable_baselines(config, share_convolutions=True),
+        "SB3 DDPG": stable_baselines.training_loop(config, share_convolutions=False, is_flushed=False),
+        "SB3 DDPG, flushed": stable_baselines.training_loop(config, share_convolutions=False),
+        "SB3 DDPG, flushed, one front": stable_baselines.training_loop(config, share_convolutions=True),
         "AsDDPG by default": _ours(train_config(alike[:-1])),
     }
     speeds: dict[str, list[float]] = {name: [] for name in loops}
@@ -69,6 +71,24 @@ def training(steps: int = 1500) -> None:
         print(f"AsDDPG / {name}: {ratio:.2f} (bar: at least 1.2)")
 
 
+@prepare_torch()
+def samples(steps: int = 960, warm_up: int = 320) -> None:
+    """Print the samples that Stable-Baselines3's DDPG learns a second with 16 robots."""
+    from tools.benchmarks import stable_baselines  # with the bench extra alone
+
+    config, batch, updates = train_config(["task=nav_complex"]), 256, 2
+    loops: dict[str, Callable[[int], float]] = {
+        "SB3 DDPG": stable_baselines.sample_loop(config, batch_size=batch, gradient_steps=updates),
+    }
+    learned = steps * updates * batch / stable_baselines.ROBOTS  # in a call
+    for loop in loops.values():
+        loop(warm_up)
+    turns = [{name: learned / loop(steps) for name, loop in loops.items()} for _ in range(5)]
+    print(f"{updates} updates of {batch} for the {stable_baselines.ROBOTS} steps of as many robots, one thread")
+    for name in loops:
+        print(f"{name:30} {np.median([turn[name] for turn in turns]):6.0f} samples/s")
+
+
 def _ours(config: TrainConfig) -> Callable[[int], None]:
     env = make_environment(config.task, config.reward)
     agent = make_agent(config, env)
@@ -82,51 +102,11 @@ def _ours(config: TrainConfig) -> Callable[[int], None]:
     return loop
 
 
-def _stable_baselines(config: TrainConfig, share_convolutions: bool, is_flushed: bool = True) -> Callable[[int], None]:
-    from stable_baselines3 import DDPG
-    from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
-
-    env = make_environment(config.task, config.reward)
-    scan_shape = env.get_wrapper_attr("scan_shape")
-
-    class Extractor(BaseFeaturesExtractor):  # type: ignore[misc,unused-ignore]  # without the bench extra
-        def __init__(self, space: gymnasium.spaces.Box) -> None:
-            super().__init__(space, 1)
-            self.features = Features(space.shape[0], scan_shape)
-            self._features_dim = self.features.size
-
-        def forward(self, observation: torch.Tensor) -> torch.Tensor:
-            found: torch.Tensor = self.features(observation)
-            return found
-
-    model = DDPG(
-        "MlpPolicy",
-        env,
-        batch_size=config.agent.batch_size,
-        learning_starts=100,
-        train_freq=1,
-        gradient_steps=1,
-        buffer_size=config.agent.buffer_size,
-        device="cpu",
-        policy_kwargs={
-            "net_arch": list(config.network.widths),
-            "features_extractor_class": Extractor,
-            "share_features_extractor": share_convolutions,
-        },
-    )
-
-    def loop(steps: int) -> None:
-        torch.set_flush_denormal(is_flushed)  # the library leaves the processor with denormal numbers
-        model.learn(steps, reset_num_timesteps=False)
-        torch.set_flush_denormal(True)
-
-    return loop
-
-
 PARTS: dict[str, Callable[[], None]] = {
     "environment": environments.environment,
     "vector": environments.vector,
     "training": training,
+    "samples": samples,
     "timestep": physics.timestep,
     "laser": physics.laser,
     "rooms": physics.rooms,
@@ -147,7 +127,7 @@ class BenchArguments:
 def main(arguments: Sequence[str]) -> None:
     """Run some benchmarks, or all."""
     parts = parse_arguments(BenchArguments, arguments).parts or PARTS
-    if "training" in parts:
+    if {"training", "samples"} & set(parts):
         import_extra("stable_baselines3", "bench", "comparisons of training")
     for name in parts:
         print(f"== {name}")
