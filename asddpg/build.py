@@ -1,5 +1,6 @@
 """Puts environment and agent together from a configuration: where tasks and agent meet."""
 
+import os
 import re
 import sys
 import threading
@@ -52,6 +53,11 @@ def make_robots(task: TaskConfig, reward: Reward, robots: int, num_threads: int 
     """The task as a vector environment whose robots begin episodes when they are reset."""
     arguments: dict[str, Any] = {"reward": reward, "config": _navigation_config(task), "num_scans": task.num_scans}
     return NavigationVectorEnv(task.name, robots, AutoresetMode.DISABLED, num_threads, **arguments)
+
+
+def count_driving_threads() -> int:
+    """Threads that drive the robots of a training: two cores are left to the updates of Critic-DQN and policy."""
+    return max(1, len(os.sched_getaffinity(0)) - 2)
 
 
 def _navigation_config(task: TaskConfig) -> NavigationConfig:
@@ -200,7 +206,7 @@ def prepare_torch() -> Iterator[None]:
     """
     was_flushed, device = sys.float_info.min / 2 == 0.0, torch.get_default_device()  # of this thread
     with _settings:
-        mine: list[Any] = [torch.get_num_threads(), torch.get_default_dtype()]
+        mine: list[Any] = [torch.get_count_driving_threads(), torch.get_default_dtype()]
         _before.append(mine)
         torch.set_num_threads(1)
         torch.set_default_dtype(torch.float32)

@@ -18,6 +18,7 @@ import gymnasium
 from asddpg.algorithm.agent import AsDDPG
 from asddpg.build import (
     check_device,
+    count_driving_threads,
     make_agent,
     make_cameras,
     make_live,
@@ -112,8 +113,7 @@ def resume(path: str, arguments: Sequence[str]) -> None:
 
 
 def _make(config: TrainConfig) -> Parts:
-    # Learner and robots share the cores: as many threads drive as there are cores, and wait for each other least.
-    robots = make_robots(config.task, config.reward, config.robots)
+    robots = make_robots(config.task, config.reward, config.robots, count_driving_threads())
     first = robots.envs[0]
     agent = make_agent(config, first)
     cameras = make_cameras(config.record, first)
