@@ -206,7 +206,7 @@ def prepare_torch() -> Iterator[None]:
     """
     was_flushed, device = sys.float_info.min / 2 == 0.0, torch.get_default_device()  # of this thread
     with _settings:
-        mine: list[Any] = [torch.get_count_driving_threads(), torch.get_default_dtype()]
+        mine: list[Any] = [torch.get_num_threads(), torch.get_default_dtype()]
         _before.append(mine)
         torch.set_num_threads(1)
         torch.set_default_dtype(torch.float32)
