@@ -56,8 +56,11 @@ def make_robots(task: TaskConfig, reward: Reward, robots: int, num_threads: int 
 
 
 def count_driving_threads() -> int:
-    """Threads that drive the robots of a training: two cores are left to the updates of Critic-DQN and policy."""
-    return max(1, len(os.sched_getaffinity(0)) - 2)
+    """Threads that drive the robots of a training: one for each core but that of the policy's updates.
+
+    The main thread, which learns, is one of them; it drives when its updates are made.
+    """
+    return max(2, len(os.sched_getaffinity(0)) - 1)
 
 
 def _navigation_config(task: TaskConfig) -> NavigationConfig:

@@ -1,8 +1,8 @@
 """Many robots, each in a scene of its own: physics in threads, readings and rewards of all of them at once in NumPy."""
 
 import math
-from collections.abc import Callable, Iterable, Sequence
-from concurrent.futures import Future, ThreadPoolExecutor
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor, wait
 from typing import NamedTuple
 
 import numpy as np
@@ -50,26 +50,35 @@ class RobotBatch:
         self._positions, self._velocities = np.zeros((count, 7)), np.zeros((count, 6))  # qpos and qvel of the bases
         self._beams = np.zeros((count, envs[0].scan_shape[1]))
         self.crashed, self.pushed = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.int64)
-        self._num_threads = min(num_threads, count)
-        self._pool = ThreadPoolExecutor(self._num_threads, "robots")
-        self._working: list[Future[None]] = []
+        num_threads = min(num_threads, count)
+        # The caller is one of the threads while it waits in finish(): to wake another for its share would take longer.
+        self._caller_drives = num_threads > 1
+        self._num_others = max(num_threads - 1, 1)
+        self._pool = ThreadPoolExecutor(self._num_others, "robots")
+        self._driving: list[Future[None]] = []
+        self._act: Callable[[int], None] = self.read
+        self._waiting: Iterator[int] = iter(())
 
     def begin(self, act: Callable[[int], None], robots: Iterable[int]) -> None:
         """Begin to call `act` with each robot's number, in threads; read the robots when it is done."""
-        numbers = [*robots]
-        shares = [numbers[first :: self._num_threads] for first in range(self._num_threads)]
-        self._working = [self._pool.submit(self._work, act, share) for share in shares if share]
+        self._act, self._waiting = act, iter([*robots])
+        self._driving = [self._pool.submit(self._drive) for _ in range(self._num_others)]
 
     def finish(self) -> None:
-        """Wait for what begin() began; the first error is raised when all threads are done."""
-        working, self._working = self._working, []
-        errors = [error for each in working if (error := each.exception()) is not None]
-        if errors:
-            raise errors[0]
+        """Finish what begin() began; an error is raised when all threads are done."""
+        driving, self._driving = self._driving, []
+        try:
+            if self._caller_drives:
+                self._drive()
+        finally:
+            wait(driving)
+        for each in driving:
+            each.result()
 
-    def _work(self, act: Callable[[int], None], robots: Sequence[int]) -> None:
-        for robot in robots:
-            act(robot)
+    def _drive(self) -> None:
+        """Drive robots until none waits; a thread takes the next, since one near obstacles costs more than others."""
+        for robot in self._waiting:
+            self._act(robot)
             self.read(robot)
 
     def read(self, robot: int) -> None:
