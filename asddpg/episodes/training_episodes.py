@@ -112,6 +112,7 @@ class TrainingEpisodes:
             learned = self._agent.learn() if is_beside else ()
         finally:
             found = self._environment.finish_step()
+        self.step += len(self.numbers)
         steps = Steps(self.observations, decisions, found[1], found[0], *found[2:])
         check_steps(steps)
         self._agent.store(steps)
@@ -134,7 +135,6 @@ class TrainingEpisodes:
     def _count(self, steps: Steps, learned: Learned, total_steps: int) -> None:
         """Count and show a step, and end the episodes that are over."""
         check_learned(learned)
-        self.step += len(self.numbers)
         self._sums.add(steps, self.infos)
         self.observations, self.infos = steps.next_observations, steps.infos
         for observer in self.observers:

@@ -18,6 +18,7 @@ from asddpg.algorithm.networks import Networks, NetworkShape
 from asddpg.algorithm.replay import ReplayBuffer, ReplayShape
 from asddpg.algorithm.schedules import Withdrawal
 from asddpg.config import AgentConfig, ExplorationConfig, WithdrawalConfig
+from asddpg.episodes.batch_steps import Decisions, Steps
 from asddpg.episodes.drivers import actor_alone
 from asddpg.episodes.loop import run_episode
 from asddpg.episodes.protocols import Action, Decision, Driver, Observation, Step
@@ -319,3 +320,98 @@ def test_replay_keeps_the_newest_and_gives_back_what_was_put_in() -> None:
         assert np.all(rows[:, columns] == values[:, None] + offset)
     assert np.all(rows[:, layout.reward] == values + 20)
     assert np.all(rows[:, layout.switch_reward] == values + 50)
+
+
+# Many robots ------------------------------------------------------------------------------------------------------
+
+
+def random_steps(rng: np.random.Generator, robots: int, observations: Any, decisions: Decisions) -> Steps:
+    x_next = rng.normal(size=(robots, 3)).astype(np.float32)
+    ends = np.zeros(robots, np.bool_)
+    return Steps(observations, decisions, rng.normal(size=robots), x_next, ends, ends, {})
+
+
+def learn_for(agent: AsDDPG, steps: int) -> AsDDPG:
+    """Random observations and rewards; what each robot does depends on the agent."""
+    rng, everyone = np.random.default_rng(0), np.arange(agent.robots)
+    observations = rng.normal(size=(agent.robots, 3)).astype(np.float32)
+    agent.begin_episodes(everyone, observations)
+    for _ in range(steps):
+        made = random_steps(rng, agent.robots, observations, agent.decide(observations))
+        agent.learn()
+        agent.store(made)
+        observations = made.next_observations
+    return agent
+
+
+def weights(agent: AsDDPG) -> torch.Tensor:
+    return torch.cat([flat.vector for flat in agent.learner._flat.values()])
+
+
+@pytest.mark.parametrize("learning", [{}, TWIN, {"n_steps": 3}], ids=["default", "twin critics", "three steps"])
+def test_beside_one_another_policy_and_critic_learn_as_one_after_the_other(learning: dict[str, Any]) -> None:
+    together, alone = (make_agent(Useless(), robots=4, **learning) for _ in range(2))
+    alone.learner._threads = None
+    for agent in (together, alone):
+        learn_for(agent, 80)
+    assert together.learner.updates > 100
+    assert torch.equal(weights(together), weights(alone))
+
+
+def test_a_policy_beside_the_critic_learns_from_the_critic_before() -> None:
+    agent, batch = make_agent(Useless(), robots=4, policy_every=1), random_batch()
+    before = copy.deepcopy(agent.networks)
+    objective = policy_loss(batch, before.features(batch.x).detach(), before, imitation=1.0)
+    first, second = agent.learner.update([batch, batch], steps=0)
+    assert torch.equal(first["policy_loss"], objective.detach())
+    assert not torch.equal(first["policy_loss"], second["policy_loss"])
+
+
+@pytest.mark.parametrize(("robots", "samples", "updates"), [(1, 32, 1.0), (4, 32, 4.0), (4, 8, 1.0), (3, 1, 3 / 32)])
+def test_updates_follow_the_samples_a_step(robots: int, samples: int, updates: float) -> None:
+    agent = learn_for(make_agent(None, robots=robots, samples_per_step=samples), 200)
+    begun = -(-100 // robots)  # steps of each robot before the first update
+    assert agent.learner.updates == pytest.approx(updates * (200 - begun), abs=1)
+
+
+def test_each_robot_has_its_own_noise_and_its_own_withdrawal() -> None:
+    agent = make_agent(Perfect(), robots=64, withdrawal=WithdrawalConfig(first_share=0.5, last_share=0.5))
+    assert agent.networks.switch is not None
+    agent.networks.switch.out.bias.data[2] += 1.0  # the controller's advantage
+    observations = np.tile(np.array([0.2, 0.5, 1.0], np.float32), (64, 1))
+    agent.begin_episodes(np.arange(64), observations)
+    decisions = agent.decide(observations)
+    assert 16 < decisions.by_controller.sum() < 48
+    np.testing.assert_array_equal(decisions.actions[decisions.by_controller], observations[decisions.by_controller, :2])
+    assert decisions.noise is not None
+    drawn = decisions.noise[~decisions.by_controller]
+    assert len(np.unique(drawn, axis=0)) == len(drawn)
+    assert np.isnan(decisions.noise[decisions.by_controller]).all()
+    assert decisions.row(int(np.argmax(decisions.by_controller))).driver is Driver.CONTROLLER
+
+
+class Counting:
+    """A controller with a memory: it counts what it has seen."""
+
+    def __init__(self) -> None:
+        self.count = 0
+
+    def act(self, observation: Observation) -> Action:
+        self.count += 1
+        return np.array([0.0, self.count / 100], np.float32)
+
+    def state(self) -> dict[str, int]:
+        return {"count": self.count}
+
+    def load_state(self, state: dict[str, int]) -> None:
+        self.count = state["count"]
+
+
+def test_each_robot_has_a_controller_of_its_own_and_gets_its_memory_back() -> None:
+    controllers = Controllers([Counting() for _ in range(3)])
+    observations = np.zeros((3, 3), np.float32)
+    controllers.act(observations)
+    controllers.first.act(observations[0])
+    resumed = Controllers([Counting() for _ in range(3)])
+    resumed.load_state(controllers.state())
+    np.testing.assert_allclose(resumed.act(observations)[:, 1], [0.03, 0.02, 0.02])

@@ -190,7 +190,9 @@ def test_the_best_weights_are_of_this_past_and_no_other(run: Path, monkeypatch: 
         return replace(metrics, success_rate=metrics.success_rate._replace(value=rates.pop(0) if rates else 0.0))
 
     monkeypatch.setattr(training, "evaluate_side_by_side", rated)
-    stopped([*QUICK, "validation.every=110", f"run_dir={run}"], 239, die)  # the second validation lies after the checkpoint of step 200
+    stopped(
+        [*QUICK, "validation.every=110", f"run_dir={run}"], 239, die
+    )  # the second validation lies after the checkpoint of step 200
     first, second = (int(row["step"]) for row in read_rows(run / "validation.csv"))
     assert first < 200 < second == step_of_best(run)
     train.main([f"resume={run}", "total_steps=250"])
