@@ -1,11 +1,12 @@
 """The ablation: `python -m tools.ablation [factor…] seeds=100,101,102 steps=60000 task=nav_complex`.
 
 One factor taken away from the default at a time, or added where the default does without; and each added alone to the
-paper's setting, agent=asddpg_paper. tools/experiments/factors.py holds the factors. Trains what is missing in
-runs/ablation, two runs at a time, and writes the table; once interrupted, it goes on where it was. The first seed goes
-first: a setting that then has a success rate 0.1 below the one it is measured against, or below 0.1 at all, is ruled
-out and not trained on the others. `list` prints the runs and how long they take at most, `table` the table of the
-finished ones. With `published` the runs of docs/runs/ablation.csv count as finished, so that only what is new is
+paper's setting, agent=asddpg_paper. tools/experiments/factors.py holds the factors. All groups are trained with one
+robot and an update after each step; `robots=16` trains them with so many and the defaults for that. Trains what is
+missing in runs/ablation, two runs at a time, and writes the table; once interrupted, it goes on where it was. The first
+seed goes first: a setting that then has a success rate 0.1 below the one it is measured against, or below 0.1 at all,
+is ruled out and not trained on the others. `list` prints the runs and how long they take at most, `table` the table of
+the finished ones. With `published` the runs of docs/runs/ablation.csv count as finished, so that only what is new is
 trained. Other options of `python -m asddpg.train` go to every run.
 """
 
@@ -22,6 +23,7 @@ from tasks.options import POSITIVE, SHARE, Range, argument, option
 from tools.experiments.ablation_table import ablation_table, screen
 from tools.experiments.factors import FACTORS, Factor
 from tools.experiments.grid import parse_selection, run_grid
+from tools.experiments.one_robot import one_robot
 from tools.experiments.run_csv import PUBLISHED, read_csv
 from tools.experiments.run_store import RunStore
 from tools.experiments.run_training import train
@@ -68,7 +70,10 @@ def make_grid(parsed: AblationArguments, others: Sequence[str]) -> dict[str, Gro
 
     def make_group(root: str, title: str, reference: str | None, change: str = "") -> Group:
         seeds = (parsed.paper_seeds if root == "paper" else None) or parsed.seeds
-        return Group(title, (*others, ROOTS[root], *change.split()), parsed.steps, tuple(seeds), reference)
+        arguments = (*others, ROOTS[root], *change.split())
+        return Group(
+            title, arguments if _sets_robots(others) else one_robot(arguments), parsed.steps, tuple(seeds), reference
+        )
 
     grid: dict[str, Group] = {}
     for root in ROOTS:
@@ -99,8 +104,13 @@ def main(arguments: Sequence[str]) -> None:
         if not verb and first != grid:
             train(store.missing(first), FOLDER)  # a run that fails here is tried again below
         grid = screen(grid, store.results(grid), parsed.rule_out)
-    title, legend = f"{shlex.join(others)}, {parsed.steps} steps", _describe_factors(factors)
+    shape = "" if _sets_robots(others) else ", one robot, an update after each step"
+    title, legend = f"{shlex.join(others)}, {parsed.steps} steps{shape}", _describe_factors(factors)
     run_grid(verb, grid, store, lambda results: f"{ablation_table(title, grid, results)}\n\n{legend}")
+
+
+def _sets_robots(arguments: Sequence[str]) -> bool:
+    return any(argument.startswith("robots=") for argument in arguments)
 
 
 def _describe_factors(factors: Mapping[str, Factor]) -> str:

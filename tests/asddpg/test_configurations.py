@@ -1,6 +1,7 @@
 """Invalid arguments give one sentence and status 2 and leave nothing behind; valid ones begin the program."""
 
 from collections.abc import Sequence
+from dataclasses import asdict
 from pathlib import Path
 from types import ModuleType
 
@@ -8,7 +9,7 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 
 from asddpg import evaluate, play, train
-from asddpg.command_line import driver_config, train_config
+from asddpg.command_line import driver_config, stored_config, train_config
 from asddpg.config import EvaluateConfig, PlayConfig, TrainConfig
 from asddpg.errors import UserError
 from asddpg.options.parsing import parse_arguments
@@ -103,6 +104,13 @@ def test_valid_arguments_begin_a_training(count: int) -> None:
 @examples(60)
 def test_valid_arguments_compose(arguments: list[str]) -> None:
     contradicts_itself(arguments)  # which raises where a single argument is invalid
+
+
+def test_a_configuration_of_before_robots_is_one_of_a_single_robot_with_an_update_after_each_step() -> None:
+    values = asdict(train_config(["agent.batch_size=32"]))
+    del values["robots"], values["agent"]["samples_per_step"]
+    config = stored_config(values)
+    assert (config.robots, config.agent.batch_size, config.agent.samples_per_step) == (1, 32, 32)
 
 
 NAMES = (

@@ -87,8 +87,8 @@ def _training_metrics(episodes: Sequence[dict[str, str]], config: TrainConfig) -
     if not episodes:
         raise ValueError("no episodes")
     outcomes = [row["outcome"] for row in episodes if row["outcome"] != "cut"][-LAST_EPISODES:]
-    # For the controller's share an episode counts where it ends.
-    ends = np.array([int(row["step"]) for row in episodes]) / config.total_steps
+    # For the controller's share an episode counts where it ends; the last step of all robots may exceed the total.
+    ends = np.minimum(np.array([int(row["step"]) for row in episodes]) / config.total_steps, 1.0)
     steps = np.array([int(row["steps"]) for row in episodes])
     driven = steps * np.array([float(row["controller_share"]) for row in episodes])
     parts = {f"share_{q + 1}": (q / 4, (q + 1) / 4) for q in range(4)} | {"share_end": (0.9, 1.0)}

@@ -9,6 +9,7 @@ from asddpg.errors import UserError
 from tests.support.fake_runs import finish, finish_group
 from tools import ablation
 from tools.experiments.factors import FACTORS, Factor
+from tools.experiments.one_robot import one_robot
 from tools.experiments.runs import Group, Run
 
 TINY = ["steps=300", "seeds=100", "task=nav_empty", "network=fc2x100", "agent.learning_starts=100", "test_episodes=2"]
@@ -34,7 +35,7 @@ def test_each_factor_changes_the_default_and_switching_it_back_gives_the_default
     """So `on` and `off` speak of the same options."""
     factor = FACTORS[name]
     reference, on, off = (
-        Group("", ("agent=asddpg", *factor.beside.split(), *change.split()), 1000, (0,)).digest
+        Group("", one_robot(("agent=asddpg", *factor.beside.split(), *change.split())), 1000, (0,)).digest
         for change in ("", factor.on, factor.off)
     )
     assert on != off
@@ -63,6 +64,13 @@ def test_what_a_factor_needs_beside_it_its_reference_has_too() -> None:
     assert alone["default_for_twin_critics"].reference == "default"
     everything = grid_of()
     assert len({group.digest for group in everything.values()}) == len(everything)
+
+
+def test_all_groups_have_one_robot_unless_the_arguments_name_another_number() -> None:
+    assert {group.config.robots for group in grid_of().values()} == {1}
+    many = grid_of("imitation", "robots=16")
+    assert {group.config.robots for group in many.values()} == {16}
+    assert many["default"].arguments == ("task=nav_complex", "robots=16", "agent=asddpg")
 
 
 def test_a_command_line() -> None:

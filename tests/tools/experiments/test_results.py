@@ -20,16 +20,16 @@ def _in_an_empty_folder(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None
 
 def test_what_is_the_same_experiment_is_trained_once(tmp_path: Path) -> None:
     titles = [run.title for run in RunStore(tmp_path).missing(results.GROUPS)]
-    assert len(titles) == 6 * 5 + 4 * 3
+    assert len(titles) == 4 * 5 + 6 * 5 + 4 * 3
     assert not [title for title in titles if "fc3x256" in title or "P(1, 1)" in title]
 
 
 def test_the_table_of_the_finished_runs(capsys: pytest.CaptureFixture[str]) -> None:
-    finish_group(results.FOLDER, results.GROUPS["complex"], [0.8, 0.9, 0.7, 0.6, 0.8])
-    results.main(["table", "complex", "gains_1"])
+    finish_group(results.FOLDER, results.GROUPS["complex_one_robot"], [0.8, 0.9, 0.7, 0.6, 0.8])
+    results.main(["table", "complex_one_robot", "gains_1_one_robot"])
     printed = capsys.readouterr().out
-    assert "nav_complex, sparse, 100k steps, seed 4" in printed
-    assert "nav_complex, P(1, 1), seed 2" in printed
+    assert "nav_complex, sparse, 100k steps, one robot, seed 4" in printed
+    assert "nav_complex, P(1, 1), one robot, seed 2" in printed
     assert "missing" not in printed
     assert "The controller alone has not been driven here yet" in printed
     assert printed.startswith((results.FOLDER / "table.md").read_text().strip())
