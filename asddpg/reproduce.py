@@ -23,7 +23,7 @@ from asddpg.runs.failure_dump import Failure, first_line
 from asddpg.runs.run_folder import RunFolder, read_training
 from asddpg.runs.safe_loading import OURS, check_links
 from asddpg.runs.training_states import TrainingStates
-from asddpg.training import VALIDATION_ROBOTS, load_episodes, validate
+from asddpg.training import load_episodes, make_validation_robots, validate
 from tasks.options import argument, option
 
 
@@ -68,7 +68,7 @@ def _repeat(episodes: TrainingEpisodes, agent: AsDDPG, config: TrainConfig, fail
         episodes.drive_step(config.total_steps)
     check_weights(agent.learner.finite_weights())  # as before each training state
     if failure.in_validation:
-        validate(make_robots(config.task, config.reward, VALIDATION_ROBOTS), agent, config)
+        validate(make_validation_robots(config), agent, config)
     elif episodes.step < config.total_steps:
         episodes.drive_step(config.total_steps)  # a step that the simulator did not finish is not counted
 

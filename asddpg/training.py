@@ -35,7 +35,7 @@ from asddpg.runs.training_states import TrainingStates
 from tasks.evaluation_pairs import stored_pairs
 from tasks.gymnasium_api.navigation_vector_env import NavigationVectorEnv
 
-VALIDATION_ROBOTS = 16  # side by side; their number changes no figure by more than rounding
+VALIDATION_ROBOTS = 16  # at most, side by side
 Closable = TypeVar("Closable", bound=Any)  # with a method close()
 
 
@@ -68,8 +68,8 @@ class Training:
         """
         self._parts, self._config, self._folder = parts, parts.config, folder
         self._lock, self._provenance = lock, provenance
-        # A second one: validating must not disturb the episode in progress or the stream of its goals.
-        self._validation_robots = make_robots(self._config.task, self._config.reward, VALIDATION_ROBOTS)
+        # Others: validating must not disturb the episodes in progress or the stream of their goals.
+        self._validation_robots: NavigationVectorEnv | None = None  # made for the first
         self._states = TrainingStates(folder.training_states)
         self._episodes = TrainingEpisodes(parts.robots, parts.agent, self._config.seed)
         self._signals = StopSignals()
@@ -183,6 +183,8 @@ class Training:
             self._is_validating, self._validations = False, due
 
     def _validate(self) -> None:
+        if self._validation_robots is None:
+            self._validation_robots = make_validation_robots(self._config)
         result = validate(self._validation_robots, self._parts.agent, self._config, self._signals.raise_if_received)
         estimates = (result.success_rate, result.collision_rate, result.metric)
         success, collision, metric = (cast(float, estimate.value) for estimate in estimates)
@@ -245,6 +247,11 @@ def load_episodes(episodes: TrainingEpisodes, state: Mapping[str, Any]) -> None:
         episodes.load_state(state["episodes"])
     except (LookupError, RuntimeError, TypeError, ValueError, AttributeError) as error:
         raise UserError(f"the training state of the run does not fit its config.yaml: {error}") from error
+
+
+def make_validation_robots(config: TrainConfig) -> NavigationVectorEnv:
+    """The robots of a validation; their number changes no figure by more than rounding."""
+    return make_robots(config.task, config.reward, min(VALIDATION_ROBOTS, config.validation.episodes))
 
 
 def validate(
