@@ -155,7 +155,9 @@ def make_agent(config: TrainConfig, environment: gymnasium.Env, weights: Path | 
         check_file(weights, shape)
     robots, total_steps = config.robots, config.total_steps
     scan_shape = getattr(environment.unwrapped, "scan_shape", None)
-    replay_shape = ReplayShape(learning.buffer_size, shape.observation_size, len(low), scan_shape, learning.n_steps)
+    replay_shape = ReplayShape(
+        learning.buffer_size, shape.observation_size, len(low), scan_shape, learning.n_steps, robots
+    )
     check_memory(shape, learning, replay_shape)
     kind_of_replay = BalancedReplay if learning.balanced_batches else ReplayBuffer
     controllers = [controller_for(environment, config.controller) for _ in range(robots if learning.assisted else 0)]
@@ -170,7 +172,7 @@ def make_agent(config: TrainConfig, environment: gymnasium.Env, weights: Path | 
             is_concurrent=robots > 1,
         ),
         config=learning,
-        replay=kind_of_replay(replay_shape, stream(config.seed, "replay"), robots),
+        replay=kind_of_replay(replay_shape, stream(config.seed, "replay")),
         noise=OrnsteinUhlenbeckNoise(half_range, config.exploration, total_steps, noise_rng, robots),
         controllers=Controllers(controllers) if controllers else None,
         withdrawal=Withdrawal(learning.withdrawal, total_steps, stream(config.seed, "withdrawal"), robots),

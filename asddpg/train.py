@@ -126,6 +126,7 @@ def _run(training: Training, parts: Parts, folder: RunFolder, provenance: dict[s
     again = f"{python()} -m asddpg.train {RESUME}{shlex.quote(str(folder.path))}{controller_argument(parts.config)}"
     try:
         with ExitStack() as closing:
+            closing.callback(parts.robots.close)
             if parts.live is not None:
                 closing.callback(parts.live.close)
                 print_line(how_to_watch(parts.live.port))

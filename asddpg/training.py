@@ -103,6 +103,8 @@ class Training:
             UserError: another process may write the run.
         """
         with self._signals, ExitStack() as closing:
+            self._closing = closing
+            closing.callback(self._parts.agent.learner.close)
             self._open_observers(closing)
             try:
                 self._train()
@@ -185,6 +187,7 @@ class Training:
     def _validate(self) -> None:
         if self._validation_robots is None:
             self._validation_robots = make_validation_robots(self._config)
+            self._closing.callback(self._validation_robots.close)
         result = validate(self._validation_robots, self._parts.agent, self._config, self._signals.raise_if_received)
         estimates = (result.success_rate, result.collision_rate, result.metric)
         success, collision, metric = (cast(float, estimate.value) for estimate in estimates)
@@ -250,7 +253,7 @@ def load_episodes(episodes: TrainingEpisodes, state: Mapping[str, Any]) -> None:
 
 
 def make_validation_robots(config: TrainConfig) -> NavigationVectorEnv:
-    """The robots of a validation; their number changes no figure by more than rounding."""
+    """The robots of a validation; with a perfect laser their number changes no figure by more than rounding."""
     return make_robots(config.task, config.reward, min(VALIDATION_ROBOTS, config.validation.episodes))
 
 

@@ -8,7 +8,7 @@ import torch
 
 from asddpg.algorithm.controllers import Controllers
 from asddpg.algorithm.exploration import OrnsteinUhlenbeckNoise
-from asddpg.algorithm.learner import Learned, Learner
+from asddpg.algorithm.learner import Learner, Losses
 from asddpg.algorithm.losses import Batch
 from asddpg.algorithm.n_step import NStepReturns
 from asddpg.algorithm.networks import CONTROLLER, POLICY
@@ -157,7 +157,7 @@ class AsDDPG:
         self._noise.advance(self.robots)
         self._withdrawal.advance()
 
-    def learn(self) -> list[Learned]:
+    def learn(self) -> list[Losses]:
         """Algorithm 1, lines 18–21: the updates that are due for a step of every robot, once there are enough samples.
 
         Returns:

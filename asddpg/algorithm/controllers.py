@@ -48,7 +48,7 @@ class Controllers:
 
     def act(self, observations: Float32Array) -> Float32Array:
         """The controllers' actions, float32 (n, action_size), for observations in rows."""
-        if isinstance(self.first, ProportionalController):
+        if type(self.first) is ProportionalController:  # one of a user's, derived from it, takes one observation
             return self.first.act(observations)
         actions = [each.act(row) for each, row in zip(self._controllers, observations, strict=True)]
         return np.asarray(actions, dtype=np.float32)
@@ -58,9 +58,13 @@ class Controllers:
         return [each.state() for each in self._controllers if isinstance(each, StatefulController)] or None
 
     def load_state(self, state: Sequence[Any] | None) -> None:
-        """Restore what state() returned."""
-        for controller, each in zip(self._controllers, state or (), strict=state is not None):
-            assert isinstance(controller, StatefulController)
+        """Restore what state() returned.
+
+        Raises:
+            ValueError: it is of other controllers.
+        """
+        remembering = [each for each in self._controllers if isinstance(each, StatefulController)]
+        for controller, each in zip(remembering, state or (), strict=True):
             controller.load_state(each)
 
 

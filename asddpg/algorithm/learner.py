@@ -17,7 +17,7 @@ from asddpg.algorithm.schedules import learning_rate_scale
 if TYPE_CHECKING:  # asddpg.config imports tasks, and with it mujoco, which an agent does without
     from asddpg.config import AgentConfig
 
-Learned = Mapping[str, Tensor]  # losses and TD errors of one update
+Losses = Mapping[str, Tensor]  # losses and TD errors of one update
 
 
 class Learner:
@@ -70,16 +70,24 @@ class Learner:
         if is_concurrent and not networks.shape.shared_convolutions:
             self._earlier = copy.deepcopy(self.networks).requires_grad_(False)
             self._earlier_critic_dqn = _flatten(self._earlier)[0]
-        self._threads = ThreadPoolExecutor(1) if self._earlier is not None and device.type == "cpu" else None
+        # A new thread computes on all cores, and so other bits, until it has read the process's number of threads.
+        begin = torch.get_num_threads
+        is_beside = self._earlier is not None and device.type == "cpu"
+        self._threads = ThreadPoolExecutor(1, "policy", initializer=begin) if is_beside else None
 
-    def update(self, batches: Sequence[Batch], steps: int) -> list[Learned]:
+    def close(self) -> None:
+        """End the policy's thread; may be called again."""
+        if self._threads is not None:
+            self._threads.shutdown()
+
+    def update(self, batches: Sequence[Batch], steps: int) -> list[Losses]:
         """An update from each batch, after so many training steps: Critic-DQN, every so often policy, soft targets."""
         self._decay_learning_rates(steps)
         if self._earlier is None:
             return [self._update_both(batch) for batch in batches]
         return self._update_side_by_side(batches, self._earlier)
 
-    def _update_both(self, batch: Batch) -> Learned:
+    def _update_both(self, batch: Batch) -> Losses:
         learned = self._update_critic_dqn(batch)
         if self.updates % self._config.policy_every == 0:
             learned["policy_loss"] = self._update_policy(batch, self.networks)
@@ -87,7 +95,7 @@ class Learner:
         self.updates += 1
         return learned
 
-    def _update_side_by_side(self, batches: Sequence[Batch], earlier: Networks) -> list[Learned]:
+    def _update_side_by_side(self, batches: Sequence[Batch], earlier: Networks) -> list[Losses]:
         """The policy reads the earlier critic and the Critic-DQN the earlier π': neither sees the other at work."""
         self._earlier_critic_dqn.vector.copy_(self._critic_dqn.vector)
         due = [index for index in range(len(batches)) if (self.updates + index) % self._config.policy_every == 0]

@@ -10,7 +10,7 @@ from asddpg.algorithm.replay import TransitionLayout
 
 
 class Batch(NamedTuple):
-    """Transitions (x, a, r, σ, x') and the discount of what follows, 0 after an end; fields in Transition's order."""
+    """Transitions (x, a, r, σ, x') and the discount of what follows, 0 after an end; in the order of Transitions."""
 
     x: Tensor  # [B, O]
     a: Tensor  # [B, A]

@@ -35,8 +35,8 @@ class ObservationRing:
 
     @property
     def first(self) -> int:
-        """Number of the oldest scan that is held."""
-        return max(0, self._count - self._capacity)
+        """Number of the oldest scan that is held; negative as long as the ring is not full."""
+        return self._count - self._capacity
 
     def add(self, observations: Float32Array, robots: IntArray) -> IntArray:
         """Keep an observation of each of these robots; returns their numbers, (k,).

@@ -62,6 +62,7 @@ class ReplayShape(NamedTuple):
         action_size: numbers in an action.
         scan_shape: (scans, beams) at the head of an observation, whose scans are kept once; None for other ones.
         n_steps: that a transition reaches ahead.
+        robots: whose steps are added together.
     """
 
     capacity: int
@@ -69,33 +70,41 @@ class ReplayShape(NamedTuple):
     action_size: int
     scan_shape: tuple[int, int] | None = None
     n_steps: int = 1
+    robots: int = 1
+
+    @property
+    def disorder(self) -> int:
+        """Observations by which transitions may be out of order: a robot's last ones are added before their time."""
+        scans = self.scan_shape[0] if self.scan_shape else 1
+        return 2 * self.robots * (self.n_steps + scans)
+
+    @property
+    def observations(self) -> int:
+        """Observations that are held; an episode begins with one of its own."""
+        return self.capacity + self.capacity // 8 + 2 * self.disorder
 
     @property
     def numbers(self) -> int:
-        """Numbers of four bytes in a full buffer, almost."""
+        """Numbers of four bytes in a full buffer."""
         scans, beams = self.scan_shape or (1, self.observation_size)
         observation = self.observation_size - (scans - 1) * beams + 2 * scans
-        return self.capacity * (observation * 9 // 8 + 2 * self.action_size + 10)
+        return self.observations * observation + self.capacity * (2 * self.action_size + 10)
 
 
 class ReplayBuffer:
     """A ring of transitions, and a ring of the observations that they name."""
 
-    def __init__(self, shape: ReplayShape, rng: np.random.Generator, robots: int = 1) -> None:
+    def __init__(self, shape: ReplayShape, rng: np.random.Generator) -> None:
         """Make an empty one, whose memory grows as it fills.
 
         Args:
             shape: what it holds.
             rng: draws the samples.
-            robots: whose steps are added together.
         """
-        capacity, observation_size, action_size, scan_shape, n_steps = shape
-        self.layout = TransitionLayout.build(observation_size, action_size)
-        scans = scan_shape[0] if scan_shape else 1
-        # Transitions of one step may be out of order by as much: a robot's last ones are added before their time.
-        self._disorder = 2 * robots * (n_steps + scans)
-        held = capacity + capacity // 8 + 2 * self._disorder  # an episode begins with an observation of its own
-        self._observations = ObservationRing(held, observation_size, scan_shape, robots)
+        capacity, action_size = shape.capacity, shape.action_size
+        self.layout = TransitionLayout.build(shape.observation_size, action_size)
+        self._disorder = shape.disorder
+        self._observations = ObservationRing(shape.observations, shape.observation_size, shape.scan_shape, shape.robots)
         self._capacity, self._rng = capacity, rng
         self._numbers = np.zeros((capacity, 2), np.int64)  # of x and x'
         self._rows = np.zeros((capacity, 2 * action_size + 4), np.float32)  # the other columns, in their order
@@ -119,10 +128,9 @@ class ReplayBuffer:
         self._oldest_scan[at] = self._observations.oldest_scans(transitions.observation)
         self._end += count
         self._begin = max(self._begin, self._end - self._capacity)
-        first = self._observations.first
-        if first:
-            while len(self) and self._oldest_scan[self._begin % self._capacity] < first + self._disorder:
-                self._begin += 1
+        first = self._observations.first + self._disorder
+        while len(self) and self._oldest_scan[self._begin % self._capacity] < first:
+            self._begin += 1
 
     def sample(self, batch_size: int) -> Float32Array:
         """Draw transitions uniformly, with replacement: packed rows, float32 (batch_size, layout.width)."""

@@ -15,14 +15,13 @@ class Withdrawal:
 
     The share of episodes that the actor drives alone rises linearly from `first_share` to `last_share` between two
     steps of training.
+
+    Attributes:
+        is_alone: (robots,) whether a robot's actor drives alone now.
     """
 
     def __init__(self, config: "WithdrawalConfig", total_steps: int, rng: np.random.Generator, robots: int = 1) -> None:
-        """Set the schedule for a training of `total_steps` steps of all robots together.
-
-        Attributes:
-            is_alone: (robots,) whether a robot's actor drives alone now.
-        """
+        """Set the schedule for a training of `total_steps` steps of all robots together."""
         self._begin, self._end = config.begin * total_steps, config.end * total_steps
         self._first, self._last = config.first_share, config.last_share
         self._stretch_steps = config.stretch_steps

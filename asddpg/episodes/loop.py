@@ -1,10 +1,10 @@
-"""The one episode loop: training, evaluation and play all drive through it."""
+"""The loop of one robot's episodes: evaluation and play drive through it."""
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any, SupportsFloat
+from typing import Any
 
-from asddpg.episodes.protocols import Agent, Driver, Environment, Episode, Observation, Observer, Step
+from asddpg.episodes.protocols import Agent, Driver, Environment, Episode, Observer, Step
 
 
 def run_episode(
@@ -60,12 +60,8 @@ class EpisodeInProgress:
         for observer in self._observers:
             observer.begin_episode(self.observation, self._info)
 
-    def resume(self, stats: Mapping[str, Any], observation: Observation, info: Mapping[str, Any]) -> None:
-        """Go on in mid-episode, with observation and info of the present instant; no observer is notified."""
-        self.stats, self.observation, self._info = Episode(**stats), observation, info
-
-    def step(self) -> tuple[Step, Mapping[str, SupportsFloat]]:
-        """Decide, step, learn, notify; returns the step and the metrics of what was learned from it."""
+    def step(self) -> None:
+        """Decide, step, learn, notify."""
         decision = self._agent.decide(self.observation)
         next_observation, reward, terminated, truncated, info = self._environment.step(decision.action)
         step = Step(self.observation, decision, reward, next_observation, terminated, truncated, info)
@@ -79,7 +75,6 @@ class EpisodeInProgress:
             outcome = info.get("outcome", "running")
             self.stats.outcome = outcome if outcome != "running" else "ended" if terminated else "timeout"
             self.is_over = True
-        return step, learned
 
     def end(self) -> Episode:
         """Notify of the end; an episode that the environment has not ended is cut."""

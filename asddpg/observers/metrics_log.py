@@ -16,6 +16,7 @@ from asddpg.episodes.protocols import Episode
 from asddpg.episodes.training_episodes import Learned, TrainingObserver
 
 WINDOW = 100  # episodes
+CUT = "cut"
 
 COLUMNS = (
     "step", "episode", "outcome", "steps", "total_reward", "path_length", "controller_share",
@@ -37,7 +38,12 @@ class RecentOutcomes(deque[str]):
 
     def __init__(self, outcomes: Iterable[str] = ()) -> None:
         """Go on after episodes that ended so, oldest first."""
-        super().__init__(outcomes, WINDOW)
+        super().__init__((each for each in outcomes if each != CUT), WINDOW)
+
+    def append(self, outcome: str) -> None:
+        """Add one; an episode that the end of a training cut has none."""
+        if outcome != CUT:
+            super().append(outcome)
 
     def share(self, outcome: str) -> float:
         """Share of the recent episodes that ended so."""

@@ -36,7 +36,7 @@ KINDS = {
     "default": [],
     "everything that draws": DRAWING,
     "ddpg": ["agent=ddpg"],
-    "many robots": [*DRAWING, "robots=4", "agent.samples_per_step=5"],
+    "many robots": [*DRAWING, "robots=4", "agent.samples_per_step=5", "agent.batch_size=7"],
     "a buffer that wraps": [*DRAWING, "agent.buffer_size=60"],
     "things that can be pushed": ["task=nav_gazebo", "agent.n_steps=5", "record.every=3"],
 }

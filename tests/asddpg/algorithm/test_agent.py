@@ -87,7 +87,7 @@ def make_agent(
     return AsDDPG(
         Learner(networks, config, 3000, seed, torch.device("cpu"), is_concurrent=robots > 1),
         config,
-        ReplayBuffer(ReplayShape(5000, shape.observation_size, 2, n_steps=config.n_steps), rng, robots),
+        ReplayBuffer(ReplayShape(5000, shape.observation_size, 2, n_steps=config.n_steps, robots=robots), rng),
         OrnsteinUhlenbeckNoise((HIGH - LOW) / 2, NOISE, 3000, rng, robots),
         Controllers([controller] * robots) if assisted else None,
         Withdrawal(withdrawal, 3000, np.random.default_rng(seed), robots),
@@ -348,7 +348,7 @@ def weights(agent: AsDDPG) -> torch.Tensor:
     return torch.cat([flat.vector for flat in agent.learner._flat.values()])
 
 
-@pytest.mark.parametrize("learning", [{}, TWIN, {"n_steps": 3}], ids=["default", "twin critics", "three steps"])
+@pytest.mark.parametrize("learning", [{}, TWIN, {"batch_size": 7}], ids=["default", "twin critics", "batch 7"])
 def test_beside_one_another_policy_and_critic_learn_as_one_after_the_other(learning: dict[str, Any]) -> None:
     together, alone = (make_agent(Useless(), robots=4, **learning) for _ in range(2))
     alone.learner._threads = None
