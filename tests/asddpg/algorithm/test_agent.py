@@ -54,6 +54,8 @@ FAST: dict[str, Any] = {
     "critic_learning_rate": 1e-3,
     "policy_every": 1,
     "batch_size": 32,
+    "samples_per_step": 32,
+    "tau": 0.005,
     "n_steps": 1,
     "annealing": 0.0,
     "withdrawal": WithdrawalConfig(last_share=0.0),
