@@ -69,7 +69,8 @@ class MetricsLog(TrainingObserver):
         with closed_on_error(self._metrics_file):
             self._timing_file, self._timing = _appended(timing, ("step", "seconds", "steps_per_second"))
         self._tensorboard = tensorboard
-        self._learned: dict[str, list[SupportsFloat]] = {}  # since the last row
+        self._learned: dict[str, list[SupportsFloat]] = {}  # since the step of the last row
+        self._is_written = False  # in a row
         self._begun = time.perf_counter() - seconds
 
     @property
@@ -78,24 +79,26 @@ class MetricsLog(TrainingObserver):
         return time.perf_counter() - self._begun
 
     def state(self) -> dict[str, Any]:
-        """What was learned since the last row, and the training steps so far."""
+        """What was learned since the step of the last row, and the training steps so far."""
         learned = {name: np.array(list(map(float, values))) for name, values in self._learned.items()}
-        return {"learned": learned, "steps": self._steps}
+        return {"learned": learned, "is_written": self._is_written, "steps": self._steps}
 
     def load_state(self, state: Mapping[str, Any]) -> None:
         """Go on in the middle of episodes, with what state() returned."""
         self._learned = {name: values.tolist() for name, values in state["learned"].items()}
-        self._steps = state["steps"]
+        self._is_written, self._steps = state["is_written"], state["steps"]
 
     def step(self, steps: Steps, learned: Learned) -> None:
         """Keep what was learned; reading a value here would make a GPU wait."""
         self._steps += len(steps.rewards)
+        if self._is_written:
+            self._learned, self._is_written = {}, False
         for update in learned:
             for name, value in update.items():
                 self._learned.setdefault(name, []).append(value)
 
     def end_episode(self, robot: int, number: int, episode: Episode) -> None:
-        """Write the row; what was learned is that since the last one, of any robot."""
+        """Write the row; what was learned is that since the step of the last one, of any robot."""
         self._recent.append(episode.outcome)
         row: dict[str, Any] = {
             "step": self._steps,
@@ -112,7 +115,7 @@ class MetricsLog(TrainingObserver):
         }
         self._metrics.writerow([row.get(column, "") for column in COLUMNS])
         self._metrics_file.flush()
-        self._learned = {}
+        self._is_written = True
         for name in COLUMNS[3:]:
             if name in row:
                 self._tensorboard.add_scalar(f"train/{name}", row[name], self._steps)

@@ -20,7 +20,7 @@ from tasks import ALL_TASKS
 from tasks.errors import TaskError
 
 SMALL = ["task=nav_empty", "total_steps=400", "agent.learning_starts=100", "network=fc2x100", "test_episodes=2"]
-SMALL += ["validation.every=200", "validation.episodes=1", "task.time_limit_steps=40"]
+SMALL += ["robots=2", "validation.every=200", "validation.episodes=1", "task.time_limit_steps=40"]
 
 
 @pytest.fixture(scope="module")

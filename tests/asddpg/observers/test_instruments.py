@@ -122,6 +122,7 @@ def test_the_metrics_average_over_updates_that_had_samples(tmp_path: Path) -> No
     nan, zeros = float("nan"), np.zeros(2, dtype=np.float32)
     steps = steps_of(Step(zeros, Decision(zeros, Driver.POLICY), 0.0, zeros, False, False, {}))
     for errors in ([(1.0, nan), (2.0, 5.0), (3.0, nan)], [(1.0, nan)], []):
+        log.step(steps, ())
         for policy, controller in errors:
             log.step(steps, [{"critic_loss": 1.0, "td_error_policy": policy, "td_error_controller": controller}])
         log.end_episode(0, 1, Episode("reached", 3, 0.0, 0, 0.0))
