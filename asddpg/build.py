@@ -160,7 +160,7 @@ def make_agent(config: TrainConfig, environment: gymnasium.Env, weights: Path | 
     )
     check_memory(shape, learning, replay_shape)
     kind_of_replay = BalancedReplay if learning.balanced_batches else ReplayBuffer
-    controllers = [controller_for(environment, config.controller) for _ in range(robots if learning.assisted else 0)]
+    controllers = [controller_for(environment, config.controller) for _ in range(robots)]  # checked in DDPG too
     half_range, noise_rng = (high - low) / 2, stream(config.seed, "exploration")
     return AsDDPG(
         learner=Learner(
@@ -174,7 +174,7 @@ def make_agent(config: TrainConfig, environment: gymnasium.Env, weights: Path | 
         config=learning,
         replay=kind_of_replay(replay_shape, stream(config.seed, "replay")),
         noise=OrnsteinUhlenbeckNoise(half_range, config.exploration, total_steps, noise_rng, robots),
-        controllers=Controllers(controllers) if controllers else None,
+        controllers=Controllers(controllers) if learning.assisted else None,
         withdrawal=Withdrawal(learning.withdrawal, total_steps, stream(config.seed, "withdrawal"), robots),
         robots=robots,
     )
