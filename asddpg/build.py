@@ -49,10 +49,16 @@ def make_environment(task: TaskConfig, reward: Reward) -> gymnasium.Env:
     return gymnasium.make(gymnasium_id(task.name), reward=reward, config=config, num_scans=task.num_scans)
 
 
-def make_robots(task: TaskConfig, reward: Reward, robots: int, num_threads: int | None = None) -> NavigationVectorEnv:
-    """The task as a vector environment whose robots begin episodes when they are reset."""
+def make_robots(
+    task: TaskConfig,
+    reward: Reward,
+    robots: int,
+    num_threads: int | None = None,
+    autoreset_mode: AutoresetMode = AutoresetMode.DISABLED,
+) -> NavigationVectorEnv:
+    """The task as a vector environment; its robots begin episodes when they are reset, unless another mode is given."""
     arguments: dict[str, Any] = {"reward": reward, "config": _navigation_config(task), "num_scans": task.num_scans}
-    return NavigationVectorEnv(task.name, robots, AutoresetMode.DISABLED, num_threads, **arguments)
+    return NavigationVectorEnv(task.name, robots, autoreset_mode, num_threads, **arguments)
 
 
 def count_driving_threads() -> int:

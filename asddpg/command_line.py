@@ -90,12 +90,13 @@ def resumed_config(arguments: Sequence[str], stored: TrainConfig) -> TrainConfig
 def stored_config(values: Mapping[str, Any]) -> TrainConfig:
     """The configuration of a training from the values of a config.yaml.
 
-    One without `robots` was written when a training had one robot and made an update after each step.
+    One without `robots` was written when a training had one robot and made an update after each step, one without
+    `agent.saturation` before there was that loss.
 
     Raises:
         UserError: they are not those of this version's options.
     """
-    config, found = TrainConfig(), flatten(values)
+    config, found = TrainConfig(), {"agent.saturation": 0.0} | flatten(values)
     if "robots" not in found:
         found |= {"robots": 1, "agent.samples_per_step": found.get("agent.batch_size", config.agent.batch_size)}
     options = {option.name: option for option in options_of(config)}

@@ -104,10 +104,13 @@ class AgentConfig:
         False, "Whether γ_p and the price act in y^A too (the paper's Eq. 4), not in y^Q alone."
     )
     critic_follows_switch: bool = option(
-        True, "Whether Q^A bootstraps from max_σ Q, the switch's value; else from itself (Eq. 4)."
+        False, "Whether Q^A bootstraps from max_σ Q, the switch's value; else from itself (Eq. 4)."
     )
     imitation: float = option(
         1.0, "Weight of imitating the controller where the critic prefers it; 0 is Eq. 5.", NOT_NEGATIVE
+    )
+    saturation: float = option(
+        0.01, "Weight of keeping the policy's outputs where tanh has a slope; 0 is Eq. 5.", NOT_NEGATIVE
     )
     n_steps: int = option(3, "Steps that a return reaches ahead before it bootstraps.", between(1, 100))
     twin_critics: bool = option(

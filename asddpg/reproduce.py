@@ -68,7 +68,7 @@ def _repeat(episodes: TrainingEpisodes, agent: AsDDPG, config: TrainConfig, fail
         episodes.drive_step(config.total_steps)
     check_weights(agent.learner.finite_weights())  # as before each training state
     if failure.in_validation:
-        validate(make_validation_robots(config), agent, config)
+        validate(make_validation_robots(config), agent.act, config)
     elif episodes.step < config.total_steps:
         episodes.drive_step(config.total_steps)  # a step that the simulator did not finish is not counted
 

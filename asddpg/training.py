@@ -10,7 +10,7 @@ import numpy as np
 from asddpg.algorithm.agent import AsDDPG
 from asddpg.build import make_robots
 from asddpg.config import TrainConfig
-from asddpg.episodes.batch_steps import info_of
+from asddpg.episodes.batch_steps import Float32Array, info_of
 from asddpg.episodes.evaluation import EvaluationResult
 from asddpg.episodes.finite_check import check_weights
 from asddpg.episodes.side_by_side import evaluate_side_by_side
@@ -188,7 +188,8 @@ class Training:
         if self._validation_robots is None:
             self._validation_robots = make_validation_robots(self._config)
             self._closing.callback(self._validation_robots.close)
-        result = validate(self._validation_robots, self._parts.agent, self._config, self._signals.raise_if_received)
+        act = self._parts.agent.act
+        result = validate(self._validation_robots, act, self._config, self._signals.raise_if_received)
         estimates = (result.success_rate, result.collision_rate, result.metric)
         success, collision, metric = (cast(float, estimate.value) for estimate in estimates)
         row = {"step": self.step, "success_rate": success, "collision_rate": collision, "metric": metric}
@@ -259,13 +260,13 @@ def make_validation_robots(config: TrainConfig) -> NavigationVectorEnv:
 
 def validate(
     robots: NavigationVectorEnv,
-    agent: AsDDPG,
+    act: Callable[[Float32Array], Float32Array],
     config: TrainConfig,
     before_step: Callable[[], None] = lambda: None,
 ) -> EvaluationResult:
-    """Evaluate the actor alone on the stored validation pairs."""
+    """Evaluate an actor alone on the stored validation pairs; `act` is as evaluate_side_by_side takes it."""
     pairs = stored_pairs(config.task.name, "validation", config.task.goal_radius)[: config.validation.episodes]
-    return evaluate_side_by_side(robots, agent.act, pairs, config.task.control_timestep, before_step)
+    return evaluate_side_by_side(robots, act, pairs, config.task.control_timestep, before_step)
 
 
 def _closed_by(closing: ExitStack, opened: Closable) -> Closable:

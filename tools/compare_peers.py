@@ -1,10 +1,11 @@
 """Time of other algorithms to a good policy: `python -m tools.compare_peers [algorithm…]`.
 
-Trains Stable-Baselines3's DDPG, TD3 and SAC with 16 robots of one vector environment, in networks of our widths with
-our convolutions, in three settings of its own each, until the actor alone reaches 0.90 of the stored validation pairs
-or the limit is up. The limit counts the training alone; both clocks are printed. One torch thread, denormal numbers
-flushed to zero, as in our training. tools/benchmarks/peer_settings.py holds the settings and their reasons. A finished
-run is a file in the folder and is not trained again. `table` prints the table of the finished ones.
+Trains Stable-Baselines3's DDPG, TD3 and SAC with 16 robots of one vector environment, with the reward and the speeds of
+our preset of the task, in networks of our widths with our convolutions, in three settings of its own each, until the
+actor alone reaches 0.90 of the stored validation pairs or the limit is up. The limit counts the training alone; both
+clocks are printed. One torch thread, denormal numbers flushed to zero, as in our training.
+tools/benchmarks/peer_settings.py holds the settings and their reasons. A finished run is a file in the folder, which is
+not trained again. `table` prints the table of the finished ones.
 """
 
 from collections.abc import Sequence
@@ -80,9 +81,9 @@ def _check_conditions(peer: PeerRun, path: Path) -> None:
 def _train(peer: PeerRun, parsed: PeersArguments) -> None:
     from tools.benchmarks.stable_baselines import make_peer
 
-    widths = train_config([f"task={peer.task}"]).network.widths
-    model = make_peer(peer.task, peer.algorithm, peer.setting, widths, peer.seed)
-    rates = rates_of(lambda seen: model.predict(seen, deterministic=True)[0], peer.task, parsed.episodes)
+    config = train_config([f"task={peer.task}", f"seed={peer.seed}", f"validation.episodes={parsed.episodes}"])
+    model = make_peer(config, peer.algorithm, peer.setting)
+    rates = rates_of(lambda seen: model.predict(seen, deterministic=True)[0], config)
     train(peer, model, rates, parsed.every)
     model.env.close()
 

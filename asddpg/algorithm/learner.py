@@ -10,7 +10,7 @@ from torch import Tensor
 from torch.optim import Adam
 
 from asddpg.algorithm.flat import FlatParameters
-from asddpg.algorithm.losses import Batch, TargetRule, bellman_targets, critic_dqn_loss, policy_loss
+from asddpg.algorithm.losses import Batch, PolicyWeights, TargetRule, bellman_targets, critic_dqn_loss, policy_loss
 from asddpg.algorithm.networks import CONTROLLER, POLICY, Networks
 from asddpg.algorithm.schedules import learning_rate_scale
 
@@ -136,7 +136,8 @@ class Learner:
         """Eq. 5, by these networks' Q^A; returns the loss."""
         with torch.no_grad():
             features = critic.features(batch.x)
-        objective = policy_loss(batch, features, self.networks, self._config.imitation, critic.critic)
+        weights = PolicyWeights(self._config.imitation, self._config.saturation)
+        objective = policy_loss(batch, features, self.networks, weights, critic.critic)
         self._policy.backward(objective)
         self._policy_optimizer.step()
         return objective.detach()

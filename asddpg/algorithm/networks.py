@@ -83,10 +83,14 @@ class PolicyHead(nn.Module):
         # sigmoid(z) = (1 + tanh(z/2)) / 2: over its own range it is tanh of half the input.
         self.register_buffer("steepness", torch.where(low >= 0.0, 0.5, 1.0), persistent=False)
 
-    def forward(self, features: Tensor) -> Tensor:  # [B, F] → [B, A], physical units
-        """π(x) from the features of x."""
-        squashed = torch.tanh(self.out(self.hidden(features)) * self.steepness)
-        return self.middle + self.half_range * squashed
+    def forward(self, features: Tensor) -> Tensor:  # [B, F] → [B, A], before tanh
+        """The outputs for the features of x."""
+        outputs: Tensor = self.out(self.hidden(features)) * self.steepness
+        return outputs
+
+    def squash(self, outputs: Tensor) -> Tensor:  # [B, A], before tanh → [B, A], physical units
+        """π(x) from the outputs for x."""
+        return self.middle + self.half_range * torch.tanh(outputs)
 
     def clip(self, action: Tensor) -> Tensor:  # [B, A] → [B, A], physical units
         """The nearest action within the bounds."""
@@ -160,12 +164,16 @@ class Networks(nn.Module):
 
     def policy(self, observation: Tensor) -> Tensor:  # [B, O] → [B, A], physical units
         """π(x)."""
+        return self.policy_head.squash(self.policy_outputs(observation))
+
+    def policy_outputs(self, observation: Tensor) -> Tensor:  # [B, O] → [B, A], before tanh
+        """The policy's outputs, of which tanh makes π(x)."""
         if self.policy_features is not None:
             features = self.policy_features(observation)
         else:
             features = self.features(observation).detach()
-        action: Tensor = self.policy_head(features)
-        return action
+        outputs: Tensor = self.policy_head(features)
+        return outputs
 
     def policy_parameters(self) -> list[nn.Parameter]:
         """What Eq. 5 trains."""

@@ -113,6 +113,13 @@ def test_a_configuration_of_before_robots_is_one_of_a_single_robot_with_an_updat
     assert (config.robots, config.agent.batch_size, config.agent.samples_per_step) == (1, 32, 32)
 
 
+def test_a_configuration_of_before_the_saturation_loss_has_none() -> None:
+    values = asdict(train_config(["agent.tau=0.02"]))
+    del values["agent"]["saturation"]
+    agent = stored_config(values).agent
+    assert (agent.saturation, agent.tau) == (0.0, 0.02)
+
+
 NAMES = (
     *("läufe", "my runs", "a(1)", "2026_11_29", "1e5", "yes", "12:30", "./a.b", "$x", "運転", "a,b", "O'Brien", "=x="),
     *("[1]", "{a: b}", "#7", "-m", "???", "a\u202fb", "null.", "~nosuch"),

@@ -7,16 +7,14 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-import gymnasium
 import numpy as np
 import numpy.typing as npt
 
+from asddpg.config import TrainConfig
 from asddpg.errors import UserError
 from asddpg.messages import print_line
 from asddpg.runs.run_folder import write_json
-from tasks import gymnasium_id
-from tasks.constants import GOAL_RADIUS
-from tasks.evaluation_pairs import stored_pairs
+from asddpg.training import make_validation_robots, validate
 from tools.benchmarks.peer_settings import SETTINGS
 from tools.experiments.tables import markdown
 
@@ -125,28 +123,18 @@ def train(peer: PeerRun, model: Any, rate: Rates, every: int) -> None:
         )
 
 
-def rates_of(predict: Callable[[Float32Array], Float32Array], task: str, episodes: int) -> Rates:
-    """The rates of a driver on the first stored validation pairs of a task, a robot for each pair.
-
-    It is `asddpg.episodes.evaluation.evaluate` for many robots at once, in a third of the time.
+def rates_of(predict: Callable[[Float32Array], Float32Array], config: TrainConfig) -> Rates:
+    """The rates of a driver on the stored validation pairs, as a training of ours takes them.
 
     Args:
         predict: actions (robots, 2) in m/s and rad/s for observations (robots, observation size).
-        task: its name.
-        episodes: number of pairs.
+        config: of the task and the number of pairs.
     """
-    pairs = stored_pairs(task, "validation", GOAL_RADIUS)[:episodes]
-    env = gymnasium.make_vec(gymnasium_id(task), num_envs=len(pairs))
+    robots = make_validation_robots(config)
 
     def rate() -> tuple[float, float]:
-        env.reset(seed=0)
-        for mask, pair in zip(np.eye(len(pairs), dtype=np.bool_), pairs, strict=True):
-            observations, _ = env.reset(options={"start": pair.start, "goal": pair.goal, "reset_mask": mask})
-        outcomes = np.full(len(pairs), "running", dtype=object)
-        while (running := outcomes == "running").any():
-            observations, _, _, _, info = env.step(predict(observations))
-            outcomes[running] = info["outcome"][running]  # the next episode of a robot does not count
-        return float(np.mean(outcomes == "reached")), float(np.mean(outcomes == "crashed"))
+        found = validate(robots, predict, config)
+        return found.success_rate.value or 0.0, found.collision_rate.value or 0.0
 
     return rate
 

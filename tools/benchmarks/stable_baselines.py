@@ -8,14 +8,15 @@ import gymnasium
 import numpy as np
 import stable_baselines3
 import torch
+from gymnasium.vector import AutoresetMode
 from stable_baselines3.common.noise import NormalActionNoise, OrnsteinUhlenbeckActionNoise
 from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from stable_baselines3.common.vec_env import VecEnv
 
 from asddpg.algorithm.networks import Features
 from asddpg.build import make_environment
+from asddpg.build import make_robots as make_vector_env
 from asddpg.config import TrainConfig
-from tasks import gymnasium_id
 from tasks.gymnasium_api.navigation_vector_env import NavigationVectorEnv
 from tools.benchmarks.peer_settings import SAC_OPTIONS, SETTINGS
 
@@ -92,16 +93,14 @@ class RobotVecEnv(VecEnv):  # type: ignore[misc,unused-ignore]
         return [False for _ in self._get_indices(indices)]
 
 
-def make_robots(task: str, num_envs: int = ROBOTS) -> RobotVecEnv:
-    """Robots of a task with its own reward."""
-    env = gymnasium.make_vec(gymnasium_id(task), num_envs=num_envs, autoreset_mode="SameStep").unwrapped
-    assert isinstance(env, NavigationVectorEnv)
-    return RobotVecEnv(env)
+def make_robots(config: TrainConfig, num_envs: int = ROBOTS) -> RobotVecEnv:
+    """Robots of a training's task and reward."""
+    return RobotVecEnv(make_vector_env(config.task, config.reward, num_envs, autoreset_mode=AutoresetMode.SAME_STEP))
 
 
-def make_peer(task: str, algorithm: str, setting: str, widths: Sequence[int], seed: int) -> Any:
-    """A model of an algorithm in one of its SETTINGS, with ROBOTS robots of a task."""
-    env = make_robots(task)
+def make_peer(config: TrainConfig, algorithm: str, setting: str) -> Any:
+    """A model of an algorithm in one of its SETTINGS, with the task, the widths and the seed of a training of ours."""
+    env = make_robots(config)
     scan_shape = env.get_attr("scan_shape", [0])[0]
     chosen = SETTINGS[setting]
     options: dict[str, Any] = {**chosen.options}
@@ -109,7 +108,7 @@ def make_peer(task: str, algorithm: str, setting: str, widths: Sequence[int], se
         options |= SAC_OPTIONS if chosen.options else {}
     elif chosen.noise is not None:
         options["action_noise"] = _make_noise(*chosen.noise, size=len(env.get_attr("action_space", [0])[0].low))
-    return _make_model(algorithm, env, scan_shape, widths, seed=seed, **options)
+    return _make_model(algorithm, env, scan_shape, config.network.widths, seed=config.seed, **options)
 
 
 def training_loop(config: TrainConfig, share_convolutions: bool, is_flushed: bool = True) -> Callable[[int], None]:
@@ -144,7 +143,7 @@ def sample_loop(config: TrainConfig, batch_size: int, gradient_steps: int) -> Ca
     Returns:
         A function of a number of steps; it returns the seconds that they took.
     """
-    env = make_robots(config.task.name)
+    env = make_robots(config)
     options: dict[str, Any] = {
         "batch_size": batch_size,
         "gradient_steps": gradient_steps,

@@ -13,7 +13,7 @@ from asddpg.algorithm.agent import AsDDPG
 from asddpg.algorithm.controllers import Controllers, ProportionalController
 from asddpg.algorithm.exploration import OrnsteinUhlenbeckNoise
 from asddpg.algorithm.learner import Learner
-from asddpg.algorithm.losses import Batch, TargetRule, bellman_targets, critic_dqn_loss, policy_loss
+from asddpg.algorithm.losses import Batch, PolicyWeights, TargetRule, bellman_targets, critic_dqn_loss, policy_loss
 from asddpg.algorithm.networks import Networks, NetworkShape
 from asddpg.algorithm.replay import ReplayBuffer, ReplayShape
 from asddpg.algorithm.schedules import Withdrawal
@@ -166,7 +166,7 @@ def test_an_update_is_critic_then_policy_then_targets(learning: dict[str, Any]) 
     targets = bellman_targets(batch, twin, target, rule)
     loss = critic_dqn_loss(batch, twin.features(batch.x), twin, targets)
     step(twin.critic_dqn_parameters(), loss.total, config.critic_learning_rate)
-    objective = policy_loss(batch, twin.features(batch.x).detach(), twin, config.imitation)
+    objective = policy_loss(batch, twin.features(batch.x).detach(), twin, PolicyWeights(config.imitation))
     step(twin.policy_parameters(), objective, config.actor_learning_rate)
     for (name, found), expected in zip(agent.networks.named_parameters(), twin.parameters(), strict=True):
         torch.testing.assert_close(found, expected, rtol=1e-4, atol=1e-6, msg=name)
@@ -363,7 +363,7 @@ def test_beside_one_another_policy_and_critic_learn_as_one_after_the_other(learn
 def test_a_policy_beside_the_critic_learns_from_the_critic_before() -> None:
     agent, batch = make_agent(Useless(), robots=4, policy_every=1), random_batch()
     before = copy.deepcopy(agent.networks)
-    objective = policy_loss(batch, before.features(batch.x).detach(), before, imitation=1.0)
+    objective = policy_loss(batch, before.features(batch.x).detach(), before, PolicyWeights(imitation=1.0))
     first, second = agent.learner.update([batch, batch], steps=0)
     assert torch.equal(first["policy_loss"], objective.detach())
     assert not torch.equal(first["policy_loss"], second["policy_loss"])

@@ -7,7 +7,15 @@ import pytest
 import torch
 
 from asddpg.algorithm.flat import FlatParameters
-from asddpg.algorithm.losses import Batch, TargetRule, advantage, bellman_targets, critic_dqn_loss, policy_loss
+from asddpg.algorithm.losses import (
+    Batch,
+    PolicyWeights,
+    TargetRule,
+    advantage,
+    bellman_targets,
+    critic_dqn_loss,
+    policy_loss,
+)
 from asddpg.algorithm.networks import CONTROLLER, POLICY, Networks, NetworkShape
 from tests.support.reference_equations import F64, Reference
 
@@ -207,8 +215,40 @@ def test_imitation_counts_where_the_critic_prefers_the_controller(seed: int) -> 
     assert 0 < preferred.sum() < len(x)
     distance = np.sum(((action - controller) / ((HIGH - LOW) / 2)) ** 2, axis=1)
     expected = 0.7 * np.mean(preferred * distance) - np.mean(reference.q_a(x, action))
-    found = policy_loss(batch, online.features(batch.x).detach(), online, imitation=0.7)
+    found = policy_loss(batch, online.features(batch.x).detach(), online, PolicyWeights(imitation=0.7))
     np.testing.assert_allclose(found.item(), expected, rtol=1e-5)
+
+
+@SEEDS
+def test_saturation_counts_beyond_three_before_tanh(seed: int) -> None:
+    online, batch = make_networks(seed), make_batch(seed)
+    with torch.no_grad():  # so that half of the outputs lie beyond
+        scale = 3.0 / online.policy_outputs(batch.x).abs().median()
+        online.policy_head.out.weight.mul_(scale)
+        online.policy_head.out.bias.mul_(scale)
+    features = online.features(batch.x).detach()
+    outputs = online.policy_outputs(batch.x).detach().numpy()
+    assert 0 < (np.abs(outputs) > 3.0).sum() < outputs.size
+    expected = 0.5 * np.mean(np.sum(np.maximum(np.abs(outputs) - 3.0, 0.0) ** 2, axis=1))
+    alone = policy_loss(batch, features, online).item()
+    found = policy_loss(batch, features, online, PolicyWeights(saturation=0.5)).item()
+    np.testing.assert_allclose(found - alone, expected, rtol=1e-5)
+
+
+def test_a_policy_at_its_bounds_learns_again_with_the_saturation_loss_alone() -> None:
+    """From outputs of 30 on tanh has no slope in float32: Eq. 5 by itself moves nothing."""
+    for weight, learns in ((0.0, False), (0.01, True)):
+        online, batch = make_networks(0, dtype=torch.float32), make_batch(0, dtype=torch.float32)
+        with torch.no_grad():
+            online.policy_head.out.bias.fill_(60.0)
+        before = online.policy_outputs(batch.x).detach()
+        optimizer = torch.optim.Adam(online.policy_parameters(), lr=1e-3)
+        for _ in range(100):
+            optimizer.zero_grad()
+            features = online.features(batch.x).detach()
+            policy_loss(batch, features, online, PolicyWeights(saturation=weight)).backward()
+            optimizer.step()
+        assert bool((online.policy_outputs(batch.x) < before - 1.0).all()) == learns
 
 
 def test_advantage_is_q_less_v() -> None:

@@ -4,16 +4,15 @@ import json
 from pathlib import Path
 from typing import Any
 
-import gymnasium
 import numpy as np
 import pytest
 
-from asddpg.build import controller_for
+from asddpg.build import controller_for, make_environment
+from asddpg.command_line import train_config
 from asddpg.config import ControllerConfig
 from asddpg.episodes.drivers import controller_alone
 from asddpg.episodes.evaluation import evaluate
 from asddpg.errors import UserError
-from tasks import gymnasium_id
 from tasks.evaluation_pairs import stored_pairs
 from tools import compare_peers
 from tools.benchmarks import training
@@ -60,10 +59,12 @@ def test_every_setting_is_taken_by_the_library(algorithm: str, setting: str) -> 
     pytest.importorskip("stable_baselines3")
     from tools.benchmarks.stable_baselines import make_peer
 
-    model = make_peer("nav_empty", algorithm, setting, [16, 16], seed=0)
+    config = train_config(["task=nav_empty", "network.widths=[16,16]"])
+    model = make_peer(config, algorithm, setting)
     assert (model.action_noise is None) == (algorithm == "sac" or setting == "defaults")
     model.learn(32)
     low, high = model.action_space.low, model.action_space.high
+    assert low[0] == pytest.approx(config.task.min_linear_velocity) == 0.05
     actions, _ = model.predict(model.env.reset(), deterministic=True)
     assert ((low <= actions) & (actions <= high)).all()
     model.env.close()
@@ -73,8 +74,9 @@ def test_the_librarys_vector_environment_gives_what_its_own_of_single_environmen
     vec_env: Any = pytest.importorskip("stable_baselines3.common.vec_env")
     from tools.benchmarks.stable_baselines import make_robots
 
-    ours = make_robots("nav_complex", 3)
-    theirs = vec_env.DummyVecEnv([lambda: gymnasium.make(gymnasium_id("nav_complex"))] * 3)
+    config = train_config(["task=nav_complex"])
+    ours = make_robots(config, 3)
+    theirs = vec_env.DummyVecEnv([lambda: make_environment(config.task, config.reward)] * 3)
     for env in (ours, theirs):
         env.seed(5)
     np.testing.assert_equal(ours.reset(), theirs.reset())
@@ -90,12 +92,13 @@ def test_the_librarys_vector_environment_gives_what_its_own_of_single_environmen
     assert ends > 2
 
 
-def test_many_robots_have_the_rates_of_the_evaluation_of_one() -> None:
-    env = gymnasium.make(gymnasium_id("nav_complex"))
+def test_the_rates_are_those_of_the_evaluation_of_one() -> None:
+    config = train_config(["task=nav_complex", "validation.episodes=12"])
+    env = make_environment(config.task, config.reward)
     controller = controller_for(env, ControllerConfig())
     pairs = stored_pairs("nav_complex", "validation", 0.3)[:12]
     expected = evaluate(env, controller_alone(controller), pairs, 0.2)
-    rates = rates_of(lambda seen: np.stack([controller.act(each) for each in seen]), "nav_complex", 12)
+    rates = rates_of(lambda seen: np.stack([controller.act(each) for each in seen]), config)
     for _ in range(2):
         assert rates() == (expected.success_rate.value, expected.collision_rate.value)
     assert 0.0 < rates()[0] < 1.0

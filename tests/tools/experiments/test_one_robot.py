@@ -17,6 +17,11 @@ def test_what_the_arguments_or_their_presets_set_stays() -> None:
     assert [argument.partition("=")[0] for argument in added] == [name for name in OPTIONS if name not in rate]
 
 
+def test_without_a_controller_nothing_follows_the_switch() -> None:
+    names = [argument.partition("=")[0] for argument in one_robot(["agent=ddpg"])[1:]]
+    assert names == [name for name in OPTIONS if name != "agent.critic_follows_switch"]
+
+
 def test_an_invalid_argument_is_one_sentence() -> None:
     with pytest.raises(UserError, match="did you mean agent.imitation"):
         one_robot(["agent.imitaton=1"])
