@@ -303,7 +303,7 @@ def _check_assistance(agent: AgentConfig) -> None:
     if idle:
         raise UserError(f"agent.{idle[0]} needs a controller: agent.assisted=true, or agent.{idle[0]} off")
     if agent.assisted and agent.critic_follows_switch and (agent.twin_critics or agent.target_noise):
-        cure = "agent.critic_follows_switch=false, as in agent=astd3"
+        cure = "agent.critic_follows_switch=false, the default"
         raise UserError(f"agent.twin_critics and agent.target_noise act where Q^A bootstraps from itself: {cure}")
     begin, end = agent.withdrawal.begin, agent.withdrawal.end
     if begin > end:

@@ -229,8 +229,6 @@ INVALID_ARGUMENTS = [
     ("task.name=nav_simple", "no option"),
     ("task.control_timestep=0.013", "multiple of the physics step"),
     ("controller.type=builtins:dict", "act"),
-    ("agent.twin_critics=true", "agent=astd3"),
-    ("agent.target_noise=0.1", "agent.critic_follows_switch=false"),
     ("agent.withdrawal.begin=0.95", "must not come after .end, 0.9"),
     ("agent.assisted=false", "agent.imitation needs a controller"),
     ("agent.n_steps=0", "from 1 to 100"),

@@ -36,7 +36,8 @@ IMPOSSIBLE_FOLDERS = (
     *("a_file", "a_file/below", "full", "..", "/", "/dev/null", "/dev/null/x", "/proc/x", "/etc", "a" * 300),
 )
 CONTRADICTIONS = (
-    *("agent.assisted=false", "agent.twin_critics=true", "agent.target_noise=0.1", "agent.learning_starts=100001"),
+    *("agent.assisted=false", "agent.learning_starts=100001"),
+    "agent.target_noise=0.1 agent.critic_follows_switch=true",
     *("agent=ddpg agent.imitation=1", "agent=ddpg agent.balanced_batches=true", "agent=ddpg agent.charge_critic=true"),
     *("agent=astd3 agent.critic_follows_switch=true", "agent.withdrawal.begin=0.95", "agent.withdrawal.end=0.05"),
     "agent.batch_size=2000 agent.buffer_size=1999 agent.learning_starts=5",

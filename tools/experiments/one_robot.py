@@ -1,11 +1,9 @@
 """Trainings with one robot and an update after each step, as the ablation measured them: with their time's defaults."""
 
 from collections.abc import Sequence
-from dataclasses import asdict
 
 from asddpg.command_line import train_config
 from asddpg.config import TrainConfig
-from asddpg.options.parsing import flatten
 
 OPTIONS = {
     "robots": "1",
@@ -20,19 +18,18 @@ OPTIONS = {
 
 
 def one_robot(arguments: Sequence[str]) -> tuple[str, ...]:
-    """The arguments of a training, and those of OPTIONS that neither they nor their presets set.
+    """The arguments of a training, and those of OPTIONS that they do not name.
 
     A preset that has one robot by itself sets them all.
 
     Raises:
         UserError: an argument is invalid.
     """
-    training, default = train_config(arguments), TrainConfig()
+    config = train_config(arguments)
     named = {argument.partition("=")[0] for argument in arguments}
-    if training.robots != default.robots and "robots" not in named:
+    if config.robots != TrainConfig().robots and "robots" not in named:
         return (*arguments,)
-    config, defaults = flatten(asdict(training)), flatten(asdict(default))
-    unset = [name for name in OPTIONS if name not in named and config[name] == defaults[name]]
-    if not training.agent.assisted:
-        unset.remove("agent.critic_follows_switch")  # there is no switch
-    return (*arguments, *(f"{name}={OPTIONS[name]}" for name in unset))
+    agent, added = config.agent, {name: value for name, value in OPTIONS.items() if name not in named}
+    if not agent.assisted or agent.twin_critics or agent.target_noise:
+        added.pop("agent.critic_follows_switch", None)  # there Q^A bootstraps from itself
+    return (*arguments, *(f"{name}={value}" for name, value in added.items()))

@@ -246,7 +246,7 @@ def test_a_policy_at_its_bounds_learns_again_with_the_saturation_loss_alone() ->
         for _ in range(100):
             optimizer.zero_grad()
             features = online.features(batch.x).detach()
-            policy_loss(batch, features, online, PolicyWeights(saturation=weight)).backward()
+            torch.autograd.backward(policy_loss(batch, features, online, PolicyWeights(saturation=weight)))
             optimizer.step()
         assert bool((online.policy_outputs(batch.x) < before - 1.0).all()) == learns
 
