@@ -50,7 +50,7 @@ MAY_CHANGE = ("total_steps", "checkpoint_every", "record.keep", "live", "port", 
 BASELINES = ("controller", "random")
 Driving = TypeVar("Driving", EvaluateConfig, PlayConfig)
 _CONF = Path(__file__).parent / "conf"
-_DEFAULTS = {"network": "fc3x256", "agent": "asddpg", "task": "nav_complex"}  # the later overrides the earlier
+_DEFAULTS = {"network": "fc3x256", "task": "nav_complex", "agent": "asddpg"}  # the later overrides the earlier
 
 
 def train_config(arguments: Sequence[str]) -> TrainConfig:

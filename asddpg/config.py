@@ -107,10 +107,10 @@ class AgentConfig:
         False, "Whether Q^A bootstraps from max_σ Q, the switch's value; else from itself (Eq. 4)."
     )
     imitation: float = option(
-        1.0, "Weight of imitating the controller where the critic prefers it; 0 is Eq. 5.", NOT_NEGATIVE
+        1.0, "Weight of imitating the controller where the critic prefers it; 0 for none.", NOT_NEGATIVE
     )
     saturation: float = option(
-        0.01, "Weight of keeping the policy's outputs where tanh has a slope; 0 is Eq. 5.", NOT_NEGATIVE
+        0.01, "Weight of keeping the policy's outputs where tanh has a slope; 0 for none.", NOT_NEGATIVE
     )
     n_steps: int = option(3, "Steps that a return reaches ahead before it bootstraps.", between(1, 100))
     twin_critics: bool = option(

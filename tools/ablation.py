@@ -2,8 +2,8 @@
 
 One factor taken away from the default at a time, or added where the default does without; and each added alone to the
 paper's setting, agent=asddpg_paper. tools/experiments/factors.py holds the factors. All groups are trained with one
-robot and an update after each step, and the default's with v from 0, as they were measured; `robots=16` trains them
-with so many and the task's preset. Trains what is missing in runs/ablation, two runs at a time, and writes the table;
+robot and an update after each step, and with the defaults of the time when they were measured; `robots=16` trains them
+with so many and today's. Trains what is missing in runs/ablation, two runs at a time, and writes the table;
 once interrupted, it goes on where it was. The first seed goes first: a setting that then has a success rate 0.1 below
 the one it is measured against, or below 0.1 at all, is ruled out and not trained on the others. `list` prints the runs
 and how long they take at most, `table` the table of the finished ones. With `published` the runs of
@@ -33,7 +33,6 @@ from tools.experiments.runs import Group
 FOLDER = Path("runs") / "ablation"
 TABLE = PUBLISHED / "ablation.csv"
 ROOTS = {"default": "agent=asddpg", "paper": "agent=asddpg_paper"}
-STANDS_STILL = "task.min_linear_velocity=0"  # of the default with one robot, as it was measured
 SET_BY_GRID = ("run_dir", "seed", "total_steps", "agent")
 SEEDS = Range(
     lambda seeds: len(set(seeds)) == len(seeds) > 0 <= min(seeds), "one or more seeds, different and 0 or more"
@@ -73,9 +72,9 @@ def make_grid(parsed: AblationArguments, others: Sequence[str]) -> dict[str, Gro
     def make_group(root: str, title: str, reference: str | None, change: str = "") -> Group:
         seeds = (parsed.paper_seeds if root == "paper" else None) or parsed.seeds
         arguments = (*others, ROOTS[root], *change.split())
-        if not _sets_robots(others):
-            arguments = one_robot(_stand_still(arguments) if root == "default" else arguments)
-        return Group(title, arguments, parsed.steps, tuple(seeds), reference)
+        return Group(
+            title, arguments if _sets_robots(others) else one_robot(arguments), parsed.steps, tuple(seeds), reference
+        )
 
     grid: dict[str, Group] = {}
     for root in ROOTS:
@@ -109,11 +108,6 @@ def main(arguments: Sequence[str]) -> None:
     shape = "" if _sets_robots(others) else ", one robot, an update after each step"
     title, legend = f"{shlex.join(others)}, {parsed.steps} steps{shape}", _describe_factors(factors)
     run_grid(verb, grid, store, lambda results: f"{ablation_table(title, grid, results)}\n\n{legend}")
-
-
-def _stand_still(arguments: tuple[str, ...]) -> tuple[str, ...]:
-    name = STANDS_STILL.partition("=")[0]
-    return arguments if any(each.startswith(f"{name}=") for each in arguments) else (*arguments, STANDS_STILL)
 
 
 def _sets_robots(arguments: Sequence[str]) -> bool:

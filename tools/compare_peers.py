@@ -4,16 +4,17 @@ Trains Stable-Baselines3's DDPG, TD3 and SAC with 16 robots of one vector enviro
 our preset of the task, in networks of our widths with our convolutions, in three settings of its own each, until the
 actor alone reaches 0.90 of the stored validation pairs or the limit is up. The limit counts the training alone; both
 clocks are printed. One torch thread, denormal numbers flushed to zero, as in our training.
-tools/benchmarks/peer_settings.py holds the settings and their reasons. A finished run is a file in the folder, which is
-not trained again. `table` prints the table of the finished ones.
+tools/benchmarks/peer_settings.py holds the settings and their reasons. A finished run is a file in the folder, and
+is not trained again. `table` prints the table of the finished ones.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from asddpg.build import prepare_torch
 from asddpg.command_line import train_config
+from asddpg.config import TrainConfig
 from asddpg.errors import UserError, import_extra
 from asddpg.messages import print_line
 from asddpg.options.help_text import help_text
@@ -23,6 +24,7 @@ from tasks import ALL_TASKS
 from tasks.options import POSITIVE, SHARE, Range, argument, between, one_of, option, some_of
 from tools.benchmarks.peer_runs import PeerRun, rates_of, table, train
 from tools.benchmarks.peer_settings import ALGORITHMS, SETTINGS
+from tools.experiments.runs import digest
 
 SEEDS = Range(lambda seeds: seeds and all(0 <= seed < 2**31 for seed in seeds), "one or more, from 0 to 2^31 − 1")
 
@@ -51,7 +53,7 @@ def main(arguments: Sequence[str]) -> None:
     if "table" not in parsed.algorithms:
         import_extra("stable_baselines3", "bench", "comparisons of training")
         parsed.folder.mkdir(parents=True, exist_ok=True)
-        for peer in _peers(parsed):
+        for peer in peers(parsed):
             path = parsed.folder / f"{peer.title}.json"
             if path.exists():
                 _check_conditions(peer, path)
@@ -62,17 +64,26 @@ def main(arguments: Sequence[str]) -> None:
     print_line(table(done) if done else f"there is no finished run in {parsed.folder}")
 
 
-def _peers(parsed: PeersArguments) -> list[PeerRun]:
+def peers(parsed: PeersArguments) -> list[PeerRun]:
+    """The runs to make, not trained yet."""
+    config = _config(parsed, seed=0)
+    environment = digest({"task": asdict(config.task), "reward": asdict(config.reward), "episodes": parsed.episodes})
     return [
-        PeerRun(parsed.task, algorithm, setting, seed, parsed.target, parsed.limit_minutes)
+        PeerRun(parsed.task, algorithm, setting, seed, environment, parsed.target, parsed.limit_minutes)
         for seed in parsed.seeds
         for algorithm in parsed.algorithms or ALGORITHMS
         for setting in parsed.settings
     ]
 
 
+def _config(parsed: PeersArguments, seed: int) -> TrainConfig:
+    return train_config([f"task={parsed.task}", f"seed={seed}", f"validation.episodes={parsed.episodes}"])
+
+
 def _check_conditions(peer: PeerRun, path: Path) -> None:
     found = PeerRun.read(path)
+    if found.environment != peer.environment:
+        raise UserError(f"{path} is a run in another task, reward or number of episodes; folder= takes another folder")
     if (found.target, found.limit_minutes) != (peer.target, peer.limit_minutes):
         conditions = f"target={found.target:g} limit_minutes={found.limit_minutes:g}"
         raise UserError(f"{path} is a run with {conditions}; folder= takes another folder for others")
@@ -81,7 +92,7 @@ def _check_conditions(peer: PeerRun, path: Path) -> None:
 def _train(peer: PeerRun, parsed: PeersArguments) -> None:
     from tools.benchmarks.stable_baselines import make_peer
 
-    config = train_config([f"task={peer.task}", f"seed={peer.seed}", f"validation.episodes={parsed.episodes}"])
+    config = _config(parsed, peer.seed)
     model = make_peer(config, peer.algorithm, peer.setting)
     rates = rates_of(lambda seen: model.predict(seen, deterministic=True)[0], config)
     train(peer, model, rates, parsed.every)

@@ -26,9 +26,6 @@ FOLDER = Path("runs") / "results"
 TABLE = PUBLISHED / "results.csv"
 SEEDS, THREE_SEEDS = (0, 1, 2, 3, 4), (0, 1, 2)
 COMPLEX = ("task=nav_complex", "reward=sparse")
-# What the runs with one robot had before the presets of their rooms changed.
-STANDS_STILL = "task.min_linear_velocity=0"
-GAZEBO_ONE_ROBOT = (STANDS_STILL, "agent.actor_learning_rate=0.0003")
 
 DEFAULTS = {
     "empty": Group("nav_empty, dense, 30k steps", ("task=nav_empty", "reward=dense"), 30_000, SEEDS),
@@ -38,32 +35,27 @@ DEFAULTS = {
 }
 
 
-def _with_one_robot(group: Group, *arguments: str) -> Group:
-    return replace(group, title=f"{group.title}, one robot", arguments=one_robot((*group.arguments, *arguments)))
+def _with_one_robot(group: Group) -> Group:
+    return replace(group, title=f"{group.title}, one robot", arguments=one_robot(group.arguments))
 
 
 # What is compared with one robot; the paper's preset has one by itself.
 GROUPS = {
     **DEFAULTS,
-    **{f"{name}_one_robot": _with_one_robot(DEFAULTS[name]) for name in ("empty", "simple")},
-    "complex_one_robot": _with_one_robot(DEFAULTS["complex"], STANDS_STILL),
-    "gazebo_one_robot": _with_one_robot(DEFAULTS["gazebo"], *GAZEBO_ONE_ROBOT),
-    "complex_ddpg_one_robot": _with_one_robot(
-        Group("nav_complex, DDPG", (*COMPLEX, "agent=ddpg"), 100_000, SEEDS), STANDS_STILL
-    ),
+    **{f"{name}_one_robot": _with_one_robot(DEFAULTS[name]) for name in DEFAULTS},
+    "complex_ddpg_one_robot": _with_one_robot(Group("nav_complex, DDPG", (*COMPLEX, "agent=ddpg"), 100_000, SEEDS)),
     "complex_paper": _with_one_robot(
         Group("nav_complex, asddpg_paper", (*COMPLEX, "agent=asddpg_paper"), 100_000, SEEDS)
     ),
     **{
         f"network_{name}_one_robot": _with_one_robot(
-            Group(f"nav_complex, {name}", (*COMPLEX, f"network={name}"), 100_000, THREE_SEEDS), STANDS_STILL
+            Group(f"nav_complex, {name}", (*COMPLEX, f"network={name}"), 100_000, THREE_SEEDS)
         )
         for name in ("fc2x100", "fc3x100", "fc3x256")
     },
     **{
         f"gains_{p_l}_one_robot": _with_one_robot(
             Group(f"nav_complex, P({p_l}, 1)", (*COMPLEX, f"controller.gains=[{p_l},1]"), 100_000, THREE_SEEDS),
-            STANDS_STILL,
         )
         for p_l in ("0.1", "1", "10")
     },

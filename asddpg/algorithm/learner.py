@@ -10,7 +10,7 @@ from torch import Tensor
 from torch.optim import Adam
 
 from asddpg.algorithm.flat import FlatParameters
-from asddpg.algorithm.losses import Batch, PolicyWeights, TargetRule, bellman_targets, critic_dqn_loss, policy_loss
+from asddpg.algorithm.losses import Batch, PolicyTerms, TargetRule, bellman_targets, critic_dqn_loss, policy_loss
 from asddpg.algorithm.networks import CONTROLLER, POLICY, Networks
 from asddpg.algorithm.schedules import learning_rate_scale
 
@@ -52,6 +52,7 @@ class Learner:
         self.networks = networks.to(device)
         self.target = copy.deepcopy(self.networks).requires_grad_(False)
         self._config, self._total_steps = config, total_steps
+        self._policy_terms = PolicyTerms(config.imitation, config.saturation)
         self._critic_dqn, self._policy = _flatten(self.networks)
         self._target_critic_dqn, self._target_policy = _flatten(self.target)
         self._critic_optimizer = Adam([self._critic_dqn.vector], lr=config.critic_learning_rate, fused=True)
@@ -136,8 +137,7 @@ class Learner:
         """Eq. 5, by these networks' Q^A; returns the loss."""
         with torch.no_grad():
             features = critic.features(batch.x)
-        weights = PolicyWeights(self._config.imitation, self._config.saturation)
-        objective = policy_loss(batch, features, self.networks, weights, critic.critic)
+        objective = policy_loss(batch, features, self.networks, self._policy_terms, critic.critic)
         self._policy.backward(objective)
         self._policy_optimizer.step()
         return objective.detach()

@@ -113,27 +113,27 @@ def mean_by_driver(values: Tensor, by_policy: Tensor) -> Tensor:
     return origin @ values / origin.sum(dim=1)
 
 
-class PolicyWeights(NamedTuple):
-    """Weights of what is added to Eq. 5.
+class PolicyTerms(NamedTuple):
+    """Weights of what is added to Eq. 5, 0 for what is not.
 
     Attributes:
         imitation: of the squared distance to the controller's action, in units of half an action's range, on those
             samples where Q^A rates it above its own: "the policy network can improve itself either by imitating the
             external controller or by examining its own policy" (caption of Fig. 1).
-        saturation: of the squared distance by which an output before tanh exceeds SATURATED. Where tanh has no slope
-            left no gradient reaches the policy, and one that ever drives in circles there does so for ever.
+        saturation: of the squared distance by which the magnitude of an output before tanh exceeds SATURATED. Far
+            beyond, tanh has no slope and Eq. 5 no gradient: a policy that has come to circle there goes on for ever.
     """
 
     imitation: float = 0.0
     saturation: float = 0.0
 
 
-EQ_5 = PolicyWeights()
+EQ_5 = PolicyTerms()
 SATURATED = 3.0  # tanh is within 0.005 of its limit
 
 
 def policy_loss(
-    batch: Batch, features: Tensor, online: Networks, weights: PolicyWeights = EQ_5, critic: CriticBranch | None = None
+    batch: Batch, features: Tensor, online: Networks, terms: PolicyTerms = EQ_5, critic: CriticBranch | None = None
 ) -> Tensor:
     """Eq. 5: the policy ascends A(x, π(x)) = Q^A(x, π(x)) − V(x).
 
@@ -143,7 +143,7 @@ def policy_loss(
         batch: transitions; only x and the controller's actions are used.
         features: the Critic-DQN's, of x, [B, F], without gradient: Eq. 5 trains the policy alone.
         online: the networks.
-        weights: of what is added to Eq. 5.
+        terms: what is added to Eq. 5.
         critic: Q^A; None takes the online one.
     """
     critic = critic or online.critic
@@ -153,14 +153,14 @@ def policy_loss(
     action = online.policy_head.squash(outputs)
     q: Tensor = critic.value_from_hidden(first, action)
     loss = -q.mean()
-    if weights.imitation:
+    if terms.imitation:
         with torch.no_grad():
             is_better = critic.value_from_hidden(first, batch.controller_action) > q
         distance = torch.square((action - batch.controller_action) / online.policy_head.half_range).sum(dim=1)
-        loss = weights.imitation * (is_better * distance).mean() + loss
-    if weights.saturation:
+        loss = terms.imitation * (is_better * distance).mean() + loss
+    if terms.saturation:
         excess = torch.relu(outputs.abs() - SATURATED)
-        loss = weights.saturation * torch.square(excess).sum(dim=1).mean() + loss
+        loss = terms.saturation * torch.square(excess).sum(dim=1).mean() + loss
     return loss
 
 

@@ -67,7 +67,11 @@ class Features(nn.Module):
 
 
 class PolicyHead(nn.Module):
-    """π(x): fully connected layers over the features; sigmoid for an action from 0 up, tanh for one of both signs."""
+    """Fully connected layers over the features, and π(x) from their outputs.
+
+    An action from 0 up has a sigmoid, one of both signs a tanh; the sigmoid is tanh of half the input, over its own
+    range.
+    """
 
     middle: Tensor
     half_range: Tensor
@@ -80,7 +84,6 @@ class PolicyHead(nn.Module):
         low, high = torch.tensor(shape.action_low), torch.tensor(shape.action_high)
         self.register_buffer("middle", (high + low) / 2, persistent=False)
         self.register_buffer("half_range", (high - low) / 2, persistent=False)
-        # sigmoid(z) = (1 + tanh(z/2)) / 2: over its own range it is tanh of half the input.
         self.register_buffer("steepness", torch.where(low >= 0.0, 0.5, 1.0), persistent=False)
 
     def forward(self, features: Tensor) -> Tensor:  # [B, F] → [B, A], before tanh

@@ -106,6 +106,12 @@ def test_valid_arguments_compose(arguments: list[str]) -> None:
     contradicts_itself(arguments)  # which raises where a single argument is invalid
 
 
+def test_what_twin_critics_need_is_said() -> None:
+    for option in ("agent.twin_critics=true", "agent.target_noise=0.1"):
+        with pytest.raises(UserError, match="bootstraps from itself: agent.critic_follows_switch=false, the default"):
+            train_config([option, "agent.critic_follows_switch=true"])
+
+
 def test_a_configuration_of_before_robots_is_one_of_a_single_robot_with_an_update_after_each_step() -> None:
     values = asdict(train_config(["agent.batch_size=32"]))
     del values["robots"], values["agent"]["samples_per_step"]

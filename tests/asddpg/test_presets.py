@@ -5,6 +5,7 @@ import pytest
 from asddpg.build import make_agent, make_environment
 from asddpg.command_line import train_config
 from asddpg.config import ControllerConfig, TrainConfig
+from tasks import ALL_TASKS
 
 
 @pytest.mark.parametrize(
@@ -29,11 +30,27 @@ def test_the_papers_agent_has_none_of_the_cures_and_the_released_constants() -> 
     assert (agent.tau, agent.buffer_size, agent.critic_learning_rate) == (0.001, 20_000, 0.001)
     assert agent.charge_critic
     assert not agent.critic_follows_switch
-    assert (agent.imitation, agent.n_steps, agent.policy_every, agent.annealing) == (0.0, 1, 1, 0.0)
+    assert (agent.imitation, agent.saturation) == (0.0, 0.0)
+    assert (agent.n_steps, agent.policy_every, agent.annealing) == (1, 1, 0.0)
     assert agent.withdrawal.first_share == agent.withdrawal.last_share == 0.0
     assert config.task.min_linear_velocity == 0.05
     assert config.controller == ControllerConfig(gains=[10.0, 1.0])
     assert config.network.convolutions == "none"
+
+
+@pytest.mark.parametrize("task", ALL_TASKS)
+def test_the_papers_agent_is_the_same_in_every_room(task: str) -> None:
+    paper, complex_room = (train_config([f"task={each}", "agent=asddpg_paper"]) for each in (task, "nav_complex"))
+    assert (paper.agent, paper.robots) == (complex_room.agent, 1)
+    assert paper.agent.batch_size == paper.agent.samples_per_step == 32
+
+
+def test_what_the_rooms_set() -> None:
+    configs = {task: train_config([f"task={task}"]) for task in ALL_TASKS}
+    moving = [task for task, config in configs.items() if config.task.min_linear_velocity == 0.05]
+    assert moving == ["nav_empty", "nav_complex", "nav_gazebo"]
+    gazebo = configs["nav_gazebo"].agent
+    assert (gazebo.samples_per_step, gazebo.imitation) == (24, 0.0)
 
 
 @pytest.mark.parametrize("agent", ["asddpg", "asddpg_paper", "astd3", "ddpg"])

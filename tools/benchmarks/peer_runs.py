@@ -5,7 +5,7 @@ import time
 from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -49,6 +49,7 @@ class PeerRun:
     """A run, as its file holds it.
 
     Attributes:
+        environment: digest of task, reward and number of validation pairs.
         target: the success rate that ends it.
         limit_minutes: of training, evaluations not counted, that end it too.
         updates: gradient steps made.
@@ -58,6 +59,7 @@ class PeerRun:
     algorithm: str
     setting: str
     seed: int
+    environment: str
     target: float
     limit_minutes: float
     updates: int = 0
@@ -134,7 +136,8 @@ def rates_of(predict: Callable[[Float32Array], Float32Array], config: TrainConfi
 
     def rate() -> tuple[float, float]:
         found = validate(robots, predict, config)
-        return found.success_rate.value or 0.0, found.collision_rate.value or 0.0
+        # Of one pair or more: there are rates.
+        return cast("float", found.success_rate.value), cast("float", found.collision_rate.value)
 
     return rate
 

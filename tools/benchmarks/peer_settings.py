@@ -1,10 +1,10 @@
 """Three settings for each algorithm of Stable-Baselines3, its own options, to compare with.
 
 `defaults` takes them as they come: one update of 256 for the 16 steps of 16 robots; DDPG and TD3 then explore without
-noise. `matched` takes our training's shape as far as the library's options reach: two updates of 256 for 16 steps, so
-32 samples a step, returns of three steps, our Ornstein-Uhlenbeck noise, a learning rate between those of our actor and
-critic at that batch. `frequent` updates once for each step of a robot, the ratio that the algorithms were published
-with, at batch 64, since 256 would leave 50,000 steps in half an hour; Gaussian noise of 0.1, as TD3 was published.
+noise. `matched` takes our training's shape as far as the library's options reach: batches of 256, returns of three
+steps, our Ornstein-Uhlenbeck noise; two updates for 16 steps, twice as many as ours, and a learning rate of 3e-4, that
+of SAC's authors. `frequent` updates once for each step of a robot, the ratio that the algorithms were published with,
+at batch 64, since 256 would leave 50,000 steps in half an hour; Gaussian noise of 0.1, as TD3 was published.
 
 SAC explores by its own entropy. Its temperature begins at 1, ten times the price of a step and more; at 0.1 in the
 settings that are not as they come.

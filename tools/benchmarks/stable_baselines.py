@@ -14,8 +14,7 @@ from stable_baselines3.common.torch_layers import BaseFeaturesExtractor
 from stable_baselines3.common.vec_env import VecEnv
 
 from asddpg.algorithm.networks import Features
-from asddpg.build import make_environment
-from asddpg.build import make_robots as make_vector_env
+from asddpg.build import make_environment, make_robots
 from asddpg.config import TrainConfig
 from tasks.gymnasium_api.navigation_vector_env import NavigationVectorEnv
 from tools.benchmarks.peer_settings import SAC_OPTIONS, SETTINGS
@@ -93,14 +92,14 @@ class RobotVecEnv(VecEnv):  # type: ignore[misc,unused-ignore]
         return [False for _ in self._get_indices(indices)]
 
 
-def make_robots(config: TrainConfig, num_envs: int = ROBOTS) -> RobotVecEnv:
+def make_vec_env(config: TrainConfig, num_envs: int = ROBOTS) -> RobotVecEnv:
     """Robots of a training's task and reward."""
-    return RobotVecEnv(make_vector_env(config.task, config.reward, num_envs, autoreset_mode=AutoresetMode.SAME_STEP))
+    return RobotVecEnv(make_robots(config.task, config.reward, num_envs, autoreset_mode=AutoresetMode.SAME_STEP))
 
 
 def make_peer(config: TrainConfig, algorithm: str, setting: str) -> Any:
     """A model of an algorithm in one of its SETTINGS, with the task, the widths and the seed of a training of ours."""
-    env = make_robots(config)
+    env = make_vec_env(config)
     scan_shape = env.get_attr("scan_shape", [0])[0]
     chosen = SETTINGS[setting]
     options: dict[str, Any] = {**chosen.options}
@@ -143,7 +142,7 @@ def sample_loop(config: TrainConfig, batch_size: int, gradient_steps: int) -> Ca
     Returns:
         A function of a number of steps; it returns the seconds that they took.
     """
-    env = make_robots(config)
+    env = make_vec_env(config)
     options: dict[str, Any] = {
         "batch_size": batch_size,
         "gradient_steps": gradient_steps,

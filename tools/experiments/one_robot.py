@@ -1,9 +1,8 @@
-"""Trainings with one robot and an update after each step, as the ablation measured them: with their time's defaults."""
+"""Trainings with one robot and an update after each step, as they were measured: with the defaults of that time."""
 
 from collections.abc import Sequence
 
 from asddpg.command_line import train_config
-from asddpg.config import TrainConfig
 
 OPTIONS = {
     "robots": "1",
@@ -15,21 +14,26 @@ OPTIONS = {
     "agent.saturation": "0",
     "agent.critic_follows_switch": "true",
 }
+# Where the preset of a task was another.
+TASK_OPTIONS = {
+    "nav_complex": {"task.min_linear_velocity": "0"},
+    "nav_gazebo": {"task.min_linear_velocity": "0", "agent.actor_learning_rate": "0.0003", "agent.imitation": "0"},
+}
 
 
 def one_robot(arguments: Sequence[str]) -> tuple[str, ...]:
-    """The arguments of a training, and those of OPTIONS that they do not name.
+    """The arguments of a training, and those of OPTIONS and TASK_OPTIONS that they do not name.
 
-    A preset that has one robot by itself sets them all.
+    A preset that has one robot by itself, the paper's, stays as it is.
 
     Raises:
         UserError: an argument is invalid.
     """
     config = train_config(arguments)
-    named = {argument.partition("=")[0] for argument in arguments}
-    if config.robots != TrainConfig().robots and "robots" not in named:
+    if train_config([each for each in arguments if not each.startswith("robots=")]).robots == 1:
         return (*arguments,)
-    agent, added = config.agent, {name: value for name, value in OPTIONS.items() if name not in named}
+    agent, added = config.agent, OPTIONS | TASK_OPTIONS.get(config.task.name, {})
     if not agent.assisted or agent.twin_critics or agent.target_noise:
-        added.pop("agent.critic_follows_switch", None)  # there Q^A bootstraps from itself
-    return (*arguments, *(f"{name}={value}" for name, value in added.items()))
+        del added["agent.critic_follows_switch"]  # there Q^A bootstraps from itself
+    named = {argument.partition("=")[0] for argument in arguments}
+    return (*arguments, *(f"{name}={value}" for name, value in added.items() if name not in named))

@@ -13,7 +13,7 @@ from asddpg.algorithm.agent import AsDDPG
 from asddpg.algorithm.controllers import Controllers, ProportionalController
 from asddpg.algorithm.exploration import OrnsteinUhlenbeckNoise
 from asddpg.algorithm.learner import Learner
-from asddpg.algorithm.losses import Batch, PolicyWeights, TargetRule, bellman_targets, critic_dqn_loss, policy_loss
+from asddpg.algorithm.losses import Batch, PolicyTerms, TargetRule, bellman_targets, critic_dqn_loss, policy_loss
 from asddpg.algorithm.networks import Networks, NetworkShape
 from asddpg.algorithm.replay import ReplayBuffer, ReplayShape
 from asddpg.algorithm.schedules import Withdrawal
@@ -79,7 +79,7 @@ def make_agent(
     controller: Any, seed: int = 0, shape: NetworkShape | None = None, robots: int = 1, **learning: Any
 ) -> AsDDPG:
     assisted = controller is not None
-    settings = FAST | {"critic_follows_switch": assisted, "imitation": float(assisted)} | learning
+    settings = FAST | {"imitation": float(assisted)} | learning
     config = AgentConfig(learning_starts=100, actor_learning_rate=1e-3, gamma=0.5, assisted=assisted, **settings)
     shape = shape or NetworkShape(3, None, LOW.tolist(), HIGH.tolist(), (32, 32), twin_critics=config.twin_critics)
     torch.manual_seed(seed)
@@ -108,15 +108,16 @@ def mean_reward(agent: Any) -> float:
     return float(np.mean([run_episode(environment, agent).total_reward / 10 for _ in range(20)]))
 
 
-PAPER: dict[str, Any] = {"critic_follows_switch": False, "imitation": 0.0, "charge_critic": True}
-TWIN = {"twin_critics": True, "target_noise": 0.1, "policy_every": 2, "n_steps": 3, "critic_follows_switch": False}
+PAPER: dict[str, Any] = {"imitation": 0.0, "saturation": 0.0, "charge_critic": True}
+TWIN = {"twin_critics": True, "target_noise": 0.1, "policy_every": 2, "n_steps": 3}
+FOLLOWS = {"critic_follows_switch": True}
 WITHDRAWN = {"withdrawal": WithdrawalConfig(last_share=1.0), "annealing": 0.3}
 
 
 @pytest.mark.parametrize(
     ("controller", "learning"),
-    [(None, {}), (Useless(), PAPER), (Useless(), {}), (Useless(), TWIN), (Useless(), WITHDRAWN)],
-    ids=["ddpg", "asddpg_paper", "asddpg", "twin critics", "withdrawn"],
+    [(None, {}), (Useless(), PAPER), (Useless(), {}), (Useless(), TWIN), (Useless(), WITHDRAWN), (Useless(), FOLLOWS)],
+    ids=["ddpg", "asddpg_paper", "asddpg", "twin critics", "withdrawn", "follows the switch"],
 )
 def test_learns_an_identity_task(controller: Any, learning: dict[str, Any]) -> None:
     agent = make_agent(controller, **learning)
@@ -146,13 +147,14 @@ def test_every_network_learns_all_its_parameters(options: dict[str, bool]) -> No
         assert not torch.equal(found, old), name
 
 
-@pytest.mark.parametrize("learning", [PAPER, {}], ids=["asddpg_paper", "asddpg"])
+@pytest.mark.parametrize("learning", [PAPER, {}, FOLLOWS], ids=["asddpg_paper", "asddpg", "follows the switch"])
 def test_an_update_is_critic_then_policy_then_targets(learning: dict[str, Any]) -> None:
     """One update against its parts; Adam's first step is lr · g / (|g| + 1e-8)."""
     agent, batch = make_agent(Useless(), **learning), random_batch()
     with torch.no_grad():
         for parameter in agent.networks.parameters():
             parameter.add_(0.1 * torch.randn_like(parameter))
+        agent.networks.policy_head.out.bias.add_(10.0)  # beyond tanh's slope
     twin, target, config = copy.deepcopy(agent.networks), copy.deepcopy(agent.learner.target), agent._config
     agent.learner.update([batch], steps=0)
 
@@ -166,7 +168,8 @@ def test_an_update_is_critic_then_policy_then_targets(learning: dict[str, Any]) 
     targets = bellman_targets(batch, twin, target, rule)
     loss = critic_dqn_loss(batch, twin.features(batch.x), twin, targets)
     step(twin.critic_dqn_parameters(), loss.total, config.critic_learning_rate)
-    objective = policy_loss(batch, twin.features(batch.x).detach(), twin, PolicyWeights(config.imitation))
+    terms = PolicyTerms(config.imitation, config.saturation)
+    objective = policy_loss(batch, twin.features(batch.x).detach(), twin, terms)
     step(twin.policy_parameters(), objective, config.actor_learning_rate)
     for (name, found), expected in zip(agent.networks.named_parameters(), twin.parameters(), strict=True):
         torch.testing.assert_close(found, expected, rtol=1e-4, atol=1e-6, msg=name)
@@ -363,7 +366,7 @@ def test_beside_one_another_policy_and_critic_learn_as_one_after_the_other(learn
 def test_a_policy_beside_the_critic_learns_from_the_critic_before() -> None:
     agent, batch = make_agent(Useless(), robots=4, policy_every=1), random_batch()
     before = copy.deepcopy(agent.networks)
-    objective = policy_loss(batch, before.features(batch.x).detach(), before, PolicyWeights(imitation=1.0))
+    objective = policy_loss(batch, before.features(batch.x).detach(), before, PolicyTerms(1.0, 0.01))
     first, second = agent.learner.update([batch, batch], steps=0)
     assert torch.equal(first["policy_loss"], objective.detach())
     assert not torch.equal(first["policy_loss"], second["policy_loss"])

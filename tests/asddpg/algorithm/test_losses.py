@@ -9,7 +9,7 @@ import torch
 from asddpg.algorithm.flat import FlatParameters
 from asddpg.algorithm.losses import (
     Batch,
-    PolicyWeights,
+    PolicyTerms,
     TargetRule,
     advantage,
     bellman_targets,
@@ -215,7 +215,7 @@ def test_imitation_counts_where_the_critic_prefers_the_controller(seed: int) -> 
     assert 0 < preferred.sum() < len(x)
     distance = np.sum(((action - controller) / ((HIGH - LOW) / 2)) ** 2, axis=1)
     expected = 0.7 * np.mean(preferred * distance) - np.mean(reference.q_a(x, action))
-    found = policy_loss(batch, online.features(batch.x).detach(), online, PolicyWeights(imitation=0.7))
+    found = policy_loss(batch, online.features(batch.x).detach(), online, PolicyTerms(imitation=0.7))
     np.testing.assert_allclose(found.item(), expected, rtol=1e-5)
 
 
@@ -231,7 +231,7 @@ def test_saturation_counts_beyond_three_before_tanh(seed: int) -> None:
     assert 0 < (np.abs(outputs) > 3.0).sum() < outputs.size
     expected = 0.5 * np.mean(np.sum(np.maximum(np.abs(outputs) - 3.0, 0.0) ** 2, axis=1))
     alone = policy_loss(batch, features, online).item()
-    found = policy_loss(batch, features, online, PolicyWeights(saturation=0.5)).item()
+    found = policy_loss(batch, features, online, PolicyTerms(saturation=0.5)).item()
     np.testing.assert_allclose(found - alone, expected, rtol=1e-5)
 
 
@@ -246,7 +246,7 @@ def test_a_policy_at_its_bounds_learns_again_with_the_saturation_loss_alone() ->
         for _ in range(100):
             optimizer.zero_grad()
             features = online.features(batch.x).detach()
-            torch.autograd.backward(policy_loss(batch, features, online, PolicyWeights(saturation=weight)))
+            torch.autograd.backward(policy_loss(batch, features, online, PolicyTerms(saturation=weight)))
             optimizer.step()
         assert bool((online.policy_outputs(batch.x) < before - 1.0).all()) == learns
 

@@ -1,6 +1,7 @@
 """Stable-Baselines3 beside ours: its vector environment, a short run of each algorithm, the table."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +19,7 @@ from tools import compare_peers
 from tools.benchmarks import training
 from tools.benchmarks.peer_runs import Evaluation, PeerRun, rates_of, train
 from tools.benchmarks.peer_settings import ALGORITHMS, SETTINGS
+from tools.compare_peers import PeersArguments
 
 
 class Model:
@@ -37,7 +39,8 @@ def finished(setting: str, seconds: float, success: float) -> PeerRun:
         Evaluation(seconds / 2, seconds, 500, 0.5, 0.0),
         Evaluation(seconds, 2 * seconds, 1000, success, 0.1),
     ]
-    return PeerRun("nav_complex", "td3", setting, 100, 0.9, 30.0, 60, evaluations)
+    (peer,) = compare_peers.peers(PeersArguments(["td3"], settings=[setting]))
+    return replace(peer, updates=60, evaluations=evaluations)
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
@@ -72,10 +75,10 @@ def test_every_setting_is_taken_by_the_library(algorithm: str, setting: str) -> 
 
 def test_the_librarys_vector_environment_gives_what_its_own_of_single_environments_gives() -> None:
     vec_env: Any = pytest.importorskip("stable_baselines3.common.vec_env")
-    from tools.benchmarks.stable_baselines import make_robots
+    from tools.benchmarks.stable_baselines import make_vec_env
 
     config = train_config(["task=nav_complex"])
-    ours = make_robots(config, 3)
+    ours = make_vec_env(config, 3)
     theirs = vec_env.DummyVecEnv([lambda: make_environment(config.task, config.reward)] * 3)
     for env in (ours, theirs):
         env.seed(5)
@@ -105,7 +108,7 @@ def test_the_rates_are_those_of_the_evaluation_of_one() -> None:
 
 
 def test_a_run_ends_where_the_target_is_reached_and_evaluations_count_apart() -> None:
-    peer = PeerRun("nav_complex", "td3", "defaults", 0, 0.9, 30.0)
+    peer = PeerRun("nav_complex", "td3", "defaults", 0, "", 0.9, 30.0)
     found = iter([(0.4, 0.1), (0.9, 0.0), (1.0, 0.0)])
     train(peer, Model(), lambda: next(found), every=10)
     assert [(each.steps, each.success_rate) for each in peer.evaluations] == [(10, 0.4), (20, 0.9)]
@@ -114,7 +117,7 @@ def test_a_run_ends_where_the_target_is_reached_and_evaluations_count_apart() ->
 
 
 def test_a_run_ends_within_its_steps_where_the_limit_is_up() -> None:
-    peer = PeerRun("nav_complex", "td3", "defaults", 0, 0.9, 0.001)
+    peer = PeerRun("nav_complex", "td3", "defaults", 0, "", 0.9, 0.001)
     train(peer, Model(), lambda: (0.0, 0.0), every=10**9)
     assert len(peer.evaluations) == 1
     assert 0.06 <= peer.evaluations[0].training_seconds < 1.0
@@ -133,9 +136,15 @@ def test_the_table_has_the_fastest_first_and_says_what_was_not_reached(
     assert [row[4] for row in rows] == ["10.0", "20.0", "1.0, not reached"]
 
 
-@pytest.mark.parametrize("option", ["limit_minutes=29", "target=0.95"])
+OTHERS = "is a run with target=0.9 limit_minutes=30; folder= takes another folder"
+
+
+@pytest.mark.parametrize(
+    ("option", "sentence"),
+    [("limit_minutes=29", OTHERS), ("target=0.95", OTHERS), ("episodes=49", "another task, reward or number of")],
+)
 def test_a_finished_run_is_not_trained_again_and_stands_for_no_other_conditions(
-    option: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    option: str, sentence: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     pytest.importorskip("stable_baselines3")
     peer = finished("matched", 60.0, 0.6)
@@ -143,7 +152,7 @@ def test_a_finished_run_is_not_trained_again_and_stands_for_no_other_conditions(
     arguments = ["td3", "settings=[matched]", f"folder={tmp_path}"]
     compare_peers.main(arguments)
     assert "| td3 | matched | 100 | 1.0, not reached |" in capsys.readouterr().out
-    with pytest.raises(UserError, match="is a run with target=0.9 limit_minutes=30; folder= takes another folder"):
+    with pytest.raises(UserError, match=sentence):
         compare_peers.main([*arguments, option])
 
 
