@@ -16,12 +16,17 @@ import numpy as np
 import torch
 from safetensors import SafetensorError
 from safetensors.torch import load_file
-from safetensors.torch import save as serialize
 
 STATE, ARRAYS, SUMS = "state.json", "arrays.safetensors", "SHA256SUMS"
 # Keys of placeholders for arrays in the tree, and for a mapping that has such keys itself.
 _ARRAY, _TENSOR, _MAPPING = "array", "tensor", "mapping"
 _MARKERS = frozenset((_ARRAY, _TENSOR, _MAPPING))
+# What safetensors calls the kinds of numbers.
+_DTYPES = {
+    **{torch.float64: "F64", torch.float32: "F32", torch.float16: "F16", torch.bfloat16: "BF16", torch.bool: "BOOL"},
+    **{torch.int64: "I64", torch.int32: "I32", torch.int16: "I16", torch.int8: "I8"},
+    **{torch.uint64: "U64", torch.uint32: "U32", torch.uint16: "U16", torch.uint8: "U8"},
+}
 # Raised by values of a wrong kind or size, in files that are whole and yet were not written by this program.
 INVALID = (ValueError, TypeError, LookupError, AttributeError, ArithmeticError, RuntimeError, EOFError, MemoryError)
 
@@ -44,8 +49,7 @@ def write(folder: Path, tree: Mapping[str, Any]) -> None:
     tensors: dict[str, torch.Tensor] = {}
     text = json.dumps(_to_json(tree, "", tensors))
     (folder / STATE).write_text(text, encoding="utf-8")
-    # Not save_file: it makes a file that only its owner may read, and reports a full disk without an errno.
-    (folder / ARRAYS).write_bytes(serialize(tensors))
+    _write_tensors(folder / ARRAYS, tensors)
     (folder / SUMS).write_text(_checksums(folder), encoding="ascii")
     for path in (folder / STATE, folder / ARRAYS, folder / SUMS, folder):
         to_disk(path)
@@ -93,6 +97,25 @@ def _checksums(folder: Path) -> str:
     return "".join(f"{file_digest(folder / name)}  {name}\n" for name in (STATE, ARRAYS))
 
 
+def _write_tensors(path: Path, tensors: Mapping[str, torch.Tensor]) -> None:
+    """Write a file of safetensors, a tensor after the other.
+
+    The library's own functions hold up to three copies of all of them at once, as much as the rest of a training.
+    """
+    header, end = {}, 0
+    names = sorted(tensors, key=lambda name: -tensors[name].itemsize)  # so that each begins at a multiple of its size
+    for name in names:
+        tensor = tensors[name]
+        begin, end = end, end + tensor.nbytes
+        header[name] = {"dtype": _DTYPES[tensor.dtype], "shape": [*tensor.shape], "data_offsets": [begin, end]}
+    text = json.dumps(header).encode()
+    text += b" " * (-len(text) % 8)
+    with path.open("wb") as file:
+        file.write(len(text).to_bytes(8, "little") + text)
+        for name in filter(lambda name: tensors[name].numel(), names):  # torch has no bytes of an empty one
+            file.write(tensors[name].reshape(-1).view(torch.uint8).numpy().data)
+
+
 def _to_json(value: Any, place: str, tensors: dict[str, torch.Tensor]) -> Any:
     """The tree for JSON; arrays and tensors go to a dictionary, named by their place."""
     if isinstance(value, Mapping):
@@ -107,12 +130,12 @@ def _to_json(value: Any, place: str, tensors: dict[str, torch.Tensor]) -> Any:
     # The place in letters that any file may have, and no name twice.
     name = f"{len(tensors):03d}.{re.sub(r'[^A-Za-z0-9_.]', '_', place)[:100]}"
     if isinstance(value, torch.Tensor):
-        # A copy, because safetensors takes no two that share memory.
-        tensors[name] = value.detach().cpu().clone(memory_format=torch.contiguous_format)
+        tensors[name] = value.detach().cpu().contiguous()
         return {_TENSOR: name}
     if value.dtype.kind not in "biuf" or not value.dtype.isnative:
         raise TypeError(f"{place} holds an array of {value.dtype}, and arrays of native numbers alone can be written")
-    tensors[name] = torch.from_numpy(value.copy(order="C"))
+    is_ready = value.flags.c_contiguous and value.flags.writeable  # torch warns of an array that is not writable
+    tensors[name] = torch.from_numpy(value if is_ready else value.copy(order="C"))
     return {_ARRAY: name}
 
 

@@ -45,12 +45,7 @@ def one_robot() -> None:
         "SB3 DDPG, flushed, one front": stable_baselines.training_loop(config, share_convolutions=True),
         "AsDDPG, the policy's updates by default": _loop(train_config([TASK, EARLY, *ONE_ROBOT[:-1]])),
     }
-    speeds = _in_turn(loops, warm_up=600)
-    for name, values in speeds.items():
-        print(f"{name:40} {np.median(values):6.1f} steps/s")
-    for ours in ("AsDDPG", "DDPG", "AsDDPG, the policy's updates by default"):
-        ratio = np.median(np.divide(speeds[ours], speeds["SB3 DDPG, flushed"]))
-        print(f"{ours} / SB3 DDPG, flushed: {ratio:.2f} (bar: at least {BAR_ONE_ROBOT})")
+    _print_ratios(_in_turn(loops, warm_up=600), 1, "steps/s", BAR_ONE_ROBOT)
 
 
 @prepare_torch()
@@ -67,12 +62,7 @@ def samples() -> None:
         "AsDDPG, the policy's updates by default": _loop(train_config([TASK, EARLY, *alike[:1]])),
         "SB3 DDPG, flushed": sb3,
     }
-    speeds = _in_turn(loops, warm_up=640)
-    for name, values in speeds.items():
-        print(f"{name:40} {32 * np.median(values):7.0f} samples/s")
-    for ours in ("DDPG", "AsDDPG", "AsDDPG, the policy's updates by default"):
-        ratio = np.median(np.divide(speeds[ours], speeds["SB3 DDPG, flushed"]))
-        print(f"{ours} / SB3 DDPG, flushed: {ratio:.2f} (bar: at least {BAR_SAMPLES})")
+    _print_ratios(_in_turn(loops, warm_up=640), config.agent.samples_per_step, "samples/s", BAR_SAMPLES)
 
 
 def _in_turn(loops: Mapping[str, Callable[[int], Any]], warm_up: int) -> dict[str, list[float]]:
@@ -86,6 +76,16 @@ def _in_turn(loops: Mapping[str, Callable[[int], Any]], warm_up: int) -> dict[st
             loop(TURN)
             speeds[name].append(TURN / (time.perf_counter() - begun))
     return speeds
+
+
+def _print_ratios(speeds: Mapping[str, list[float]], scale: int, unit: str, bar: float) -> None:
+    """Print the medians, times `scale`, and what ours are of Stable-Baselines3's with denormal numbers flushed."""
+    for name, values in speeds.items():
+        print(f"{name:40} {scale * np.median(values):7.1f} {unit}")
+    for name, values in speeds.items():
+        if not name.startswith("SB3"):
+            ratio = np.median(np.divide(values, speeds["SB3 DDPG, flushed"]))
+            print(f"{name} / SB3 DDPG, flushed: {ratio:.2f} (bar: at least {bar})")
 
 
 def _make_episodes(config: TrainConfig) -> TrainingEpisodes:

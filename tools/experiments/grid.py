@@ -11,11 +11,12 @@ from asddpg.errors import UserError
 from tools.experiments.run_csv import write_csv
 from tools.experiments.run_store import Results, RunStore
 from tools.experiments.run_training import AT_ONCE, log_path, train
-from tools.experiments.runs import Group
+from tools.experiments.runs import Group, Run
 from tools.experiments.tables import describe_provenance
 
 VERBS = ("list", "table")
-STEPS_PER_SECOND = 90.0  # of each of two runs at once on two cores, until there are runs to measure it by
+# Of each of two runs at once on two cores, with one robot and with many, until there are runs to measure it by.
+STEPS_PER_SECOND, STEPS_PER_SECOND_OF_MANY = 90.0, 300.0
 T = TypeVar("T")
 
 
@@ -73,6 +74,11 @@ def _published_note(groups: Mapping[str, Group], store: RunStore) -> list[str]:
     return [f"{count} published runs stand in for runs of their options."] if store.published else []
 
 
+def _guess_speed(run: Run) -> float:
+    """Training steps a second."""
+    return STEPS_PER_SECOND if run.config.robots == 1 else STEPS_PER_SECOND_OF_MANY
+
+
 def _plan(groups: Mapping[str, Group], store: RunStore) -> list[str]:
     """Every group with the arguments of its runs, and about how long the missing ones take."""
     results, missing = store.results(groups), store.missing(groups)
@@ -84,7 +90,8 @@ def _plan(groups: Mapping[str, Group], store: RunStore) -> list[str]:
     steps = sum(run.config.total_steps for run in missing)
     own = [run for runs in results.values() for run in runs.values() if run not in store.published.values()]
     speeds = [speed for run in own if (speed := run.metrics["steps_per_second"])]
-    speed, source = (statistics.median(speeds), "as measured here") if speeds else (STEPS_PER_SECOND, "a guess")
-    hours = steps / speed / min(AT_ONCE, max(len(missing), 1)) / 3600
-    at = f"{AT_ONCE} at once at {speed:.0f} steps/s each, {source}"
+    measured = statistics.median(speeds) if speeds else None
+    seconds = sum(run.config.total_steps / (measured or _guess_speed(run)) for run in missing)
+    hours = seconds / min(AT_ONCE, max(len(missing), 1)) / 3600
+    at = f"{AT_ONCE} at once, {f'at {measured:.0f} steps/s each as measured here' if measured else 'a guess'}"
     return [*lines, f"{len(missing)} runs of {steps} steps in all to train: about {hours:.1f} h, {at}"]

@@ -68,7 +68,7 @@ def test_no_disk_space_for_a_file(
     assert_same_run(unbroken, run)
 
 
-@pytest.mark.parametrize("what", ["Path.write_text", "Path.write_bytes", "to_disk"])
+@pytest.mark.parametrize("what", ["Path.write_text", "_write_tensors", "to_disk"])
 def test_no_disk_space_for_a_training_state(
     what: str, unbroken: Path, run: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
