@@ -16,6 +16,7 @@ OPTIONS = {
 }
 # Where the preset of a task was another.
 TASK_OPTIONS = {
+    "nav_simple": {"task.min_linear_velocity": "0"},
     "nav_complex": {"task.min_linear_velocity": "0"},
     "nav_gazebo": {"task.min_linear_velocity": "0", "agent.actor_learning_rate": "0.0003", "agent.imitation": "0"},
 }
