@@ -39,14 +39,11 @@ def _with_one_robot(group: Group) -> Group:
     return replace(group, title=f"{group.title}, one robot", arguments=one_robot(group.arguments))
 
 
-DDPG = Group("nav_complex, DDPG", (*COMPLEX, "agent=ddpg"), 100_000, SEEDS)
-
 # What is compared with one robot; the paper's preset has one by itself.
 GROUPS = {
     **DEFAULTS,
-    "complex_ddpg": DDPG,
     **{f"{name}_one_robot": _with_one_robot(DEFAULTS[name]) for name in DEFAULTS},
-    "complex_ddpg_one_robot": _with_one_robot(DDPG),
+    "complex_ddpg_one_robot": _with_one_robot(Group("nav_complex, DDPG", (*COMPLEX, "agent=ddpg"), 100_000, SEEDS)),
     "complex_paper": _with_one_robot(
         Group("nav_complex, asddpg_paper", (*COMPLEX, "agent=asddpg_paper"), 100_000, SEEDS)
     ),
