@@ -50,7 +50,9 @@ class NavigationConfig:
         constants.GOAL_RADIUS, "Metres from the goal that count as reached.", between(0.1, 2, " m")
     )
     time_limit_steps: int = option(constants.TIME_LIMIT_STEPS, "Control steps until an episode times out.", POSITIVE)
-    min_linear_velocity: float = option(0.0, "Smallest forward speed, m/s; task= sets 0.05 but in nav_office.", NOT_NEGATIVE)
+    min_linear_velocity: float = option(
+        0.0, "Smallest forward speed, m/s; task= sets 0.05 but in nav_office.", NOT_NEGATIVE
+    )
     max_linear_velocity: float = option(constants.MAX_LINEAR_VELOCITY, "Largest forward speed, m/s.", SPEEDS)
     max_angular_velocity: float = option(constants.MAX_ANGULAR_VELOCITY, "Largest turn rate, rad/s.", TURN_RATES)
     laser: LaserConfig = field(default_factory=LaserConfig)
