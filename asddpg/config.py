@@ -126,6 +126,11 @@ class AgentConfig:
     annealing: float = option(
         0.3, "Share of training, at its end, in which the learning rates fall linearly to zero.", SHARE
     )
+    precision: str = option(
+        "float32",
+        "Of the hidden layers while learning: bfloat16 is faster on processors that multiply it, slower on others.",
+        one_of("float32", "bfloat16"),
+    )
     withdrawal: WithdrawalConfig = field(default_factory=WithdrawalConfig)
 
 

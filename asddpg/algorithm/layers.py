@@ -40,6 +40,17 @@ class Linear(nn.Module):
         return torch.addmm(self.bias, x, self.weight)
 
 
+class Output(Linear):
+    """A last layer, always in float32: in bfloat16 two values of Q would often be one, 0.4 % apart."""
+
+    def forward(self, x: Tensor) -> Tensor:
+        """X W + b, [B, J] in float32."""
+        if x.dtype == self.weight.dtype:
+            return super().forward(x)
+        with torch.autocast(x.device.type, enabled=False):
+            return super().forward(x.to(self.weight.dtype))
+
+
 class Convolution(Linear):
     """1-D convolution without padding: [B, L, C] → [B, M, C'], M = ⌊(L − kernel) / stride⌋ + 1.
 

@@ -3,6 +3,7 @@
 import copy
 from collections.abc import Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager, nullcontext
 from typing import TYPE_CHECKING, Any
 
 import torch
@@ -121,8 +122,9 @@ class Learner:
 
     def _update_critic_dqn(self, batch: Batch) -> dict[str, Tensor]:
         """Eq. 4, and the soft update of its target."""
-        targets = bellman_targets(batch, self.networks, self.target, self._target_rule(batch))
-        loss = critic_dqn_loss(batch, self.networks.features(batch.x), self.networks, targets)
+        with self._set_precision():
+            targets = bellman_targets(batch, self.networks, self.target, self._target_rule(batch))
+            loss = critic_dqn_loss(batch, self.networks.features(batch.x), self.networks, targets)
         self._critic_dqn.backward(loss.total)
         self._critic_optimizer.step()
         self._target_critic_dqn.soft_update(self._critic_dqn, self._config.tau)
@@ -135,12 +137,20 @@ class Learner:
 
     def _update_policy(self, batch: Batch, critic: Networks) -> Tensor:
         """Eq. 5, by these networks' Q^A; returns the loss."""
-        with torch.no_grad():
-            features = critic.features(batch.x)
-        objective = policy_loss(batch, features, self.networks, self._policy_terms, critic.critic)
+        with self._set_precision():
+            with torch.no_grad():
+                features = critic.features(batch.x)
+            objective = policy_loss(batch, features, self.networks, self._policy_terms, critic.critic)
         self._policy.backward(objective)
         self._policy_optimizer.step()
         return objective.detach()
+
+    def _set_precision(self) -> AbstractContextManager[object]:
+        """Of the hidden layers' products; weights, outputs, losses and optimisers are float32 in either precision."""
+        if self._config.precision == "float32":
+            return nullcontext()
+        # Its cache of weights is one for all threads, and would be cleared by one at work in another.
+        return torch.autocast(self._critic_dqn.vector.device.type, torch.bfloat16, cache_enabled=False)
 
     def _target_rule(self, batch: Batch) -> TargetRule:
         noise, sigma = None, self._config.target_noise

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import torch
 from torch import Tensor, nn
 
-from asddpg.algorithm.layers import Convolution, Linear, drawing_weights
+from asddpg.algorithm.layers import Convolution, Linear, Output, drawing_weights
 
 POLICY, CONTROLLER = 0, 1  # columns of Q(x, σ)
 
@@ -202,6 +202,6 @@ def mlp(sizes: Sequence[int], layer_norm: bool = False) -> nn.Sequential:
     return nn.Sequential(*layers)
 
 
-def small_linear(fan_in: int, fan_out: int) -> Linear:
+def small_linear(fan_in: int, fan_out: int) -> Output:
     """An output layer with weights within ±0.003, so that first actions and values are near the middle (DDPG)."""
-    return Linear(fan_in, fan_out, bound=3e-3)
+    return Output(fan_in, fan_out, bound=3e-3)

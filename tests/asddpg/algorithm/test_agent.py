@@ -116,8 +116,16 @@ WITHDRAWN = {"withdrawal": WithdrawalConfig(last_share=1.0), "annealing": 0.3}
 
 @pytest.mark.parametrize(
     ("controller", "learning"),
-    [(None, {}), (Useless(), PAPER), (Useless(), {}), (Useless(), TWIN), (Useless(), WITHDRAWN), (Useless(), FOLLOWS)],
-    ids=["ddpg", "asddpg_paper", "asddpg", "twin critics", "withdrawn", "follows the switch"],
+    [
+        (None, {}),
+        (Useless(), PAPER),
+        (Useless(), {}),
+        (Useless(), TWIN),
+        (Useless(), WITHDRAWN),
+        (Useless(), FOLLOWS),
+        (Useless(), {"precision": "bfloat16"}),
+    ],
+    ids=["ddpg", "asddpg_paper", "asddpg", "twin critics", "withdrawn", "follows the switch", "bfloat16"],
 )
 def test_learns_an_identity_task(controller: Any, learning: dict[str, Any]) -> None:
     agent = make_agent(controller, **learning)
@@ -370,6 +378,26 @@ def test_a_policy_beside_the_critic_learns_from_the_critic_before() -> None:
     first, second = agent.learner.update([batch, batch], steps=0)
     assert torch.equal(first["policy_loss"], objective.detach())
     assert not torch.equal(first["policy_loss"], second["policy_loss"])
+
+
+def test_bfloat16_changes_products_and_neither_weights_nor_decisions_types() -> None:
+    exact, coarse = (make_agent(Useless(), robots=4, precision=name) for name in ("float32", "bfloat16"))
+    batch = random_batch(64)
+    losses = [agent.learner.update([batch], steps=0)[0] for agent in (exact, coarse)]
+    for name in ("critic_loss", "switch_loss"):
+        assert losses[0][name] != losses[1][name]
+        torch.testing.assert_close(losses[1][name], losses[0][name], rtol=0.02, atol=0.0)
+    assert not torch.equal(weights(exact), weights(coarse))
+    torch.testing.assert_close(weights(coarse), weights(exact), rtol=0.0, atol=2.5e-3)  # a step of Adam either way
+    assert weights(coarse).dtype == torch.float32
+    observation = batch.x[:1].numpy()
+    actions = [agent.decide(observation.repeat(4, axis=0)).actions for agent in (exact, coarse)]
+    assert actions[0].dtype == actions[1].dtype == np.float32
+
+
+def test_bfloat16_learns_the_same_bits_again() -> None:
+    first, second = (learn_for(make_agent(Useless(), robots=4, precision="bfloat16"), 80) for _ in range(2))
+    assert torch.equal(weights(first), weights(second))
 
 
 @pytest.mark.parametrize(("robots", "samples", "updates"), [(1, 32, 1.0), (4, 32, 4.0), (4, 8, 1.0), (3, 1, 3 / 32)])
