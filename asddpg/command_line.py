@@ -47,7 +47,7 @@ GROUPS: Mapping[str, Mapping[str, str]] = {
 }
 # What a resumed run may change: it changes nothing that has been learned.
 MAY_CHANGE = ("total_steps", "checkpoint_every", "record.keep", "live", "port", "speed")
-BASELINES = ("controller", "random")
+BASELINES = ("controller", "random", "move_base", "waypoints")
 Driving = TypeVar("Driving", EvaluateConfig, PlayConfig)
 _CONF = Path(__file__).parent / "conf"
 _DEFAULTS = {"network": "fc3x256", "task": "nav_complex", "agent": "asddpg"}  # the later overrides the earlier

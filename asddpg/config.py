@@ -224,17 +224,34 @@ class TrainConfig:
 
 
 @dataclass
+class PlannerConfig:
+    """Map and global planner of agent=move_base and agent=waypoints."""
+
+    map: str = option(
+        "known",
+        "What the planner knows of the room: known, or built from scans while driving.",
+        one_of("known", "built"),
+    )
+    look_ahead: float = option(1.0, "Metres along the path to the waypoint of agent=waypoints.", between(0.1, 10))
+
+
+@dataclass
 class DriverConfig:
     """Which driver drives, and where."""
 
-    run: str | None = option(None, "Folder of a run, or pretrained:<name>; null with agent=controller or agent=random.")
+    run: str | None = option(None, "Folder of a run, or pretrained:<name>; null with the agent= of a baseline.")
     checkpoint: str = option("last", "Checkpoint of a run's folder.", one_of("last", "best"))
     driver: str = option(
         "actor", "Driver of a run: its actor alone, or actor and controller by its switch.", one_of("actor", "switch")
     )
-    agent: str | None = option(None, "A baseline instead of a run: controller or random.")
+    agent: str | None = option(
+        None,
+        "Instead of a run: controller, random, move_base (planner and DWA), or package.module:Factory; waypoints leads "
+        "the controller, or the driver of run=, along a planner's path.",
+    )
     task: str | None = option(None, "The task to drive; null takes the run's.")
     controller: ControllerConfig = field(default_factory=ControllerConfig)
+    planner: PlannerConfig = field(default_factory=PlannerConfig)
     device: str = option("cpu", _DEVICE)
     out: str | None = option(
         None, "Folder for results and recordings; null takes the run's or, of another driver, the present one."

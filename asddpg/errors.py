@@ -1,5 +1,6 @@
 """Exceptions that end a program in one sentence."""
 
+from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
@@ -18,6 +19,26 @@ def truncated_repr(value: object) -> str:
     """A value for a sentence: text in quotes, cut where it is long."""
     text = repr(value) if isinstance(value, str) else str(value)
     return text if len(text) <= _MAX_LENGTH else f"{text[: _MAX_LENGTH - 2]}…{text[-1]}"
+
+
+def import_factory(name: str) -> Callable[..., Any] | None:
+    """What `package.module:Factory` names, which only a user may have typed; None where there is no such callable.
+
+    Raises:
+        UserError: the module is there, and cannot be imported.
+    """
+    module, separator, attribute = name.partition(":")
+    if not separator:
+        return None
+    try:
+        factory = getattr(import_module(module), attribute, None)
+    except (ValueError, TypeError):  # no name of a module
+        return None
+    except (ImportError, SyntaxError) as error:
+        if isinstance(error, ModuleNotFoundError) and f"{module}.".startswith(f"{error.name}."):
+            return None
+        raise UserError(f"{truncated_repr(module)} cannot be imported: {error}") from error
+    return factory if callable(factory) else None
 
 
 def import_extra(module: str, extra: str, use: str) -> Any:

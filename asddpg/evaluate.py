@@ -15,6 +15,7 @@ from tqdm import tqdm
 from asddpg.build import make_cameras, navigation_env, prepare_torch
 from asddpg.command_line import driver_config
 from asddpg.config import EvaluateConfig
+from asddpg.drivers.baselines import PLANNERS
 from asddpg.episodes.evaluation import EvaluationResult, evaluate, table
 from asddpg.errors import UserError
 from asddpg.messages import ERR, print_line
@@ -57,8 +58,10 @@ def main(arguments: Sequence[str]) -> None:
 
 def _content(config: EvaluateConfig, setup: DriverSetup, pairs_name: str, result: EvaluationResult) -> dict[str, Any]:
     content = {"what": setup.title, "driver": setup.name, "task": setup.config.task.name, "set": pairs_name}
-    controller = {"controller": dataclasses.asdict(config.controller)} if config.agent == "controller" else {}
-    return {**content, **result.as_dict(), **controller, **current_versions(setup.environment)}
+    led = config.agent == "waypoints" and config.run is None
+    controller = {"controller": dataclasses.asdict(config.controller)} if config.agent == "controller" or led else {}
+    planner = {"planner": dataclasses.asdict(config.planner)} if config.agent in PLANNERS else {}
+    return {**content, **result.as_dict(), **controller, **planner, **current_versions(setup.environment)}
 
 
 def _pairs(config: EvaluateConfig, task_name: str, goal_radius: float) -> tuple[Sequence[Pair], str]:

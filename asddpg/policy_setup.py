@@ -10,7 +10,6 @@ import gymnasium
 from asddpg.algorithm.agent import AsDDPG
 from asddpg.atomic_write import claim_folder
 from asddpg.build import (
-    action_bounds,
     check_device,
     controller_for,
     make_agent,
@@ -19,8 +18,9 @@ from asddpg.build import (
 )
 from asddpg.command_line import BASELINES, train_config
 from asddpg.config import ControllerConfig, EvaluateConfig, PlayConfig, RecordEvaluationConfig, TrainConfig
-from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone, random_actor, with_values
-from asddpg.episodes.random_streams import stream
+from asddpg.drivers.baselines import PRESET_SPEED, lead_by_waypoints, make_baseline
+from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone, with_values
+from asddpg.episodes.protocols import Agent
 from asddpg.errors import UserError
 from asddpg.messages import print_line
 from asddpg.recording.pictures.cameras import Cameras
@@ -39,7 +39,7 @@ class DriverSetup:
     title: str
     config: TrainConfig  # of the training, or the defaults for a baseline
     environment: gymnasium.Env
-    drivers: Mapping[str, FixedDriver]  # of a run, those that driver= may be; of a baseline, itself
+    drivers: Mapping[str, Agent]  # of a run, those that driver= may be; of a baseline, itself
     name: str  # of the chosen driver
     out: Path  # folder for its results and recordings
     checkpoint: Mapping[str, str]  # names of the weights, for recordings
@@ -89,7 +89,9 @@ def set_up_driver(config: EvaluateConfig | PlayConfig, verb: str, seed: int) -> 
     check_device(config.device)
     if config.task is not None and config.task not in ALL_TASKS:
         raise UserError(f"there is no task {config.task!r}; there are {', '.join(ALL_TASKS)}")
-    if config.agent is not None:
+    if config.agent == "waypoints" and config.run is not None:
+        setup = _lead_run(config, config.run)
+    elif config.agent is not None:
         setup = _open_baseline(config, seed)
     elif config.run is not None:
         setup = _open_run(config, config.run)
@@ -154,26 +156,34 @@ def _load(weights: Path, agent: AsDDPG) -> tuple[int, str]:
     return (step, digest) if file_digest(weights) == digest else _load(weights, agent)
 
 
+def _lead_run(config: EvaluateConfig | PlayConfig, run: str) -> DriverSetup:
+    """A run whose drivers get a planner's waypoints as their goals."""
+    setup = _open_run(config, run)
+    environment = navigation_env(setup.environment)
+    drivers = {name: lead_by_waypoints(driver, environment, config.planner) for name, driver in setup.drivers.items()}
+    return replace(setup, title=f"{setup.title}, led by waypoints", drivers=drivers)
+
+
 def _open_baseline(config: EvaluateConfig | PlayConfig, seed: int) -> DriverSetup:
-    if config.agent not in BASELINES:
+    assert config.agent is not None
+    if config.agent not in BASELINES and ":" not in config.agent:
         raise UserError(
-            f"there is no baseline {config.agent!r}; there are {', '.join(BASELINES)}; a trained agent is run="
+            f"there is no baseline {config.agent!r}; there are {', '.join(BASELINES)}, or your own as "
+            "package.module:Factory; a trained agent is run="
         )
     if config.run is not None or config.task is None:
         raise UserError(f"agent={config.agent} needs task= and no run=, such as task={ALL_TASKS[-1]}")
     if (config.driver, config.checkpoint) != ("actor", "last"):
         raise UserError("driver= and checkpoint= belong to run=; a baseline has neither")
     defaults = train_config([f"task={config.task}"])
+    if config.agent not in PRESET_SPEED:
+        defaults.task.min_linear_velocity = 0.0  # a preset's least speed is for policies: who plans may stop and turn
     environment = make_environment(defaults.task, defaults.reward)
-    if config.agent == "controller":
-        driver = controller_alone(controller_for(environment, config.controller))
-    else:
-        driver = random_actor(*action_bounds(environment), stream(seed, "exploration"))
     return DriverSetup(
         title=f"{config.agent} on {config.task}",
         config=defaults,
         environment=environment,
-        drivers={config.agent: driver},
+        drivers={config.agent: make_baseline(config, environment, seed)},
         name=config.agent,
         out=Path(),
         checkpoint={"checkpoint": "none"},

@@ -13,6 +13,7 @@ import mujoco
 import numpy as np
 
 from tasks.constants import FIELD_OF_VIEW, MAX_RANGE, MIN_RANGE, NUM_BEAMS, PHYSICS_TIMESTEP
+from tasks.errors import TaskError
 from tasks.generator_state import generator_state, restored_generator
 from tasks.options import NOT_NEGATIVE, SHARE, between, check_options, option
 from tasks.physics import FloatArray, Physics
@@ -97,6 +98,22 @@ class Laser:
 def beam_angles(count: int) -> FloatArray:
     """Angles of the beams from straight ahead, from the rightmost to the leftmost: float64 (count,), radians."""
     return np.linspace(-FIELD_OF_VIEW / 2, FIELD_OF_VIEW / 2, count)
+
+
+def laser_position(model: mujoco.MjModel) -> tuple[float, float]:
+    """Place of the laser in the base's frame, metres: x ahead, y to the left.
+
+    Raises:
+        TaskError: the robot has no laser.
+    """
+    sites = [index for index in range(model.nsite) if model.site(index).name.startswith("ray_")]
+    if not sites:
+        raise TaskError("the robot has no laser: its beams are sites ray_00, ray_01, …")
+    data = mujoco.MjData(model)
+    mujoco.mj_kinematics(model, data)
+    base = data.body("base")
+    x, y, _ = (data.site_xpos[sites[0]] - base.xpos) @ base.xmat.reshape(3, 3)
+    return float(x), float(y)
 
 
 def set_beams(spec: mujoco.MjSpec, count: int) -> None:

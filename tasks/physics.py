@@ -78,6 +78,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
             int(at[0]) for at in (model.joint("base").qposadr, model.joint("base").dofadr)
         )
         self._wheels = [int(model.actuator(f"{side}_wheel").id) for side in ("left", "right")]
+        self._wheel_qpos = [int(model.joint(f"{side}_wheel").qposadr[0]) for side in ("left", "right")]
         self._robot_bodies = set(np.flatnonzero(np.asarray(model.body_rootid) == base).tolist())
         self._ranges, self._sonar_ranges = self._find_ring("range_"), self._find_ring("sonar_")
         robot = np.asarray(model.body_rootid)[model.geom_bodyid] == base
@@ -274,6 +275,11 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
     def delayed_ranges(self) -> FloatArray:
         """The same, `scan_delay` seconds before the end of the last step()."""
         return self.ranges() if self._delayed is None or not self.scan_delay else self._delayed.copy()
+
+    def wheel_angles(self) -> tuple[float, float]:
+        """Angles that the left and the right wheel have turned through, rad, without wrapping: perfect encoders."""
+        left, right = self._wheel_qpos
+        return float(self.data.ptr.qpos[left]), float(self.data.ptr.qpos[right])
 
     def sonar_ranges(self) -> FloatArray:
         """Distances along the sonars, from sonar_00 at the left front clockwise: float64 (num_sonars,), metres.

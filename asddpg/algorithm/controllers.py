@@ -1,6 +1,5 @@
 """Controllers that assist, and how to add one."""
 
-import importlib
 from collections.abc import Sequence
 from typing import Any
 
@@ -8,7 +7,7 @@ import numpy as np
 
 from asddpg.episodes.batch_steps import Float32Array
 from asddpg.episodes.protocols import Action, Controller, Observation, StatefulController
-from asddpg.errors import UserError
+from asddpg.errors import UserError, import_factory
 
 
 class ProportionalController:
@@ -79,17 +78,11 @@ def make_controller(kind: str, gains: Sequence[float], low: Action, high: Action
     """
     if kind in CONTROLLERS:
         return CONTROLLERS[kind](gains, low, high)
-    module, separator, attribute = kind.partition(":")
-    try:
-        if not separator:
-            raise ImportError
-        factory = getattr(importlib.import_module(module), attribute)
-        if not callable(factory):
-            raise ImportError
-    except (ImportError, AttributeError, ValueError, TypeError, SyntaxError) as error:
+    factory = import_factory(kind)
+    if factory is None:
         raise UserError(
             f"there is no controller {kind!r}; there is {', '.join(CONTROLLERS)}, or your own as package.module:Factory"
-        ) from error
+        )
     try:
         controller: Controller = factory(gains=gains, low=low, high=high)
     except TypeError as error:

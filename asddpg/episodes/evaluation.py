@@ -96,18 +96,22 @@ def summarize_episodes(
         success_rate=rate(sum(reached), count),
         collision_rate=rate(sum(episode.outcome == "crashed" for episode in episodes), count),
         timeout_rate=rate(sum(episode.outcome == "timeout" for episode in episodes), count),
-        metric=mean([_metric(e) for e in episodes], high=REACH_BONUS),
+        metric=mean([episode_metric(e) for e in episodes], high=REACH_BONUS),
         mean_time=mean([e.steps * control_timestep for e, hit in zip(episodes, reached, strict=True) if hit], low=0.0),
-        spl=mean([_spl(e, length) for e, length in zip(episodes, shortest_paths, strict=True)], low=0.0, high=1.0),
+        spl=mean(
+            [episode_spl(e, length) for e, length in zip(episodes, shortest_paths, strict=True)], low=0.0, high=1.0
+        ),
         controller_share=sum(episode.controller_steps for episode in episodes) / max(steps, 1),
     )
 
 
-def _metric(episode: Episode) -> float:
+def episode_metric(episode: Episode) -> float:
+    """The paper's metric of one episode."""
     return STEP_PENALTY * episode.steps + REACH_BONUS * (episode.outcome == "reached")
 
 
-def _spl(episode: Episode, shortest_path: float) -> float:
+def episode_spl(episode: Episode, shortest_path: float) -> float:
+    """What one episode adds to SPL's mean; the shortest path in metres."""
     if episode.outcome != "reached":
         return 0.0
     longest = max(episode.path_length, shortest_path)

@@ -18,6 +18,8 @@ class Driver(StrEnum):
     POLICY = "policy"
     CONTROLLER = "controller"
     RANDOM = "random"
+    PLANNER = "planner"
+    OWN = "own"  # of a user
 
 
 @dataclass(frozen=True, slots=True)

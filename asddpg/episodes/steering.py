@@ -2,15 +2,14 @@
 
 from collections.abc import Callable, Mapping
 
-from asddpg.episodes.drivers import FixedDriver
-from asddpg.episodes.protocols import Decision, Observation, Step
+from asddpg.episodes.protocols import Agent, Decision, Observation, Step
 
 
 class SteeredDriver:
     """Drives by one of several drivers, named in `drivers`; driver and goal may change between two steps."""
 
     def __init__(
-        self, move_goal: Callable[[float, float], Observation], drivers: Mapping[str, FixedDriver], driver: str
+        self, move_goal: Callable[[float, float], Observation], drivers: Mapping[str, Agent], driver: str
     ) -> None:
         """Begin with a driver; `move_goal` moves the environment's goal and returns the present observation with it."""
         self._move_goal, self._drivers = move_goal, drivers
@@ -24,6 +23,8 @@ class SteeredDriver:
     def begin_episode(self) -> None:
         """The goal is the episode's own."""
         self._moved = None
+        for driver in self._drivers.values():
+            driver.begin_episode()
 
     def decide(self, observation: Observation) -> Decision:
         """As the present driver does, towards the present goal."""

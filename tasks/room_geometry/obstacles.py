@@ -1,5 +1,7 @@
 """A room's obstacles as outlines on the floor, from the compiled model."""
 
+import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -30,18 +32,23 @@ class Obstacles:
     high: Corner
 
     @classmethod
-    def from_model(cls, model: mujoco.MjModel) -> "Obstacles":
+    def from_model(cls, model: mujoco.MjModel, without: Sequence[str] = ()) -> "Obstacles":
         """Every geom but the floor that the robot can touch, in its initial position.
 
         Geoms wholly above the robot, such as table tops, are no obstacles.
 
+        Args:
+            model: compiled scene.
+            without: names of geoms to leave out; `desk_1` leaves out desk_1_leg_0 and so on too.
+
         Raises:
-            TaskError: the scene has no fixed obstacle.
+            TaskError: the scene has no fixed obstacle, or none of such a name.
         """
         data = mujoco.MjData(model)
         mujoco.mj_kinematics(model, data)
         top = float(data.body("base").xpos[2]) + Footprint.from_model(model).height
-        found = ((geom, outline(model, data, geom, LOWEST, top)) for geom in _touchable(model))
+        kept = _leave_out(model, _touchable(model), without)
+        found = ((geom, outline(model, data, geom, LOWEST, top)) for geom in kept)
         shapes = {geom: shape for geom, shape in found if shape}
         is_fixed = np.asarray(model.body_weldid)[model.geom_bodyid] == 0
         low, high = _extent(model, data, {geom: shape for geom, shape in shapes.items() if is_fixed[geom]})
@@ -83,6 +90,17 @@ def _touchable(model: mujoco.MjModel) -> list[int]:
     others = np.asarray(model.body_rootid)[model.geom_bodyid] != model.body("base").id
     floor = np.arange(model.ngeom) == model.geom("floor").id
     return [int(geom) for geom in np.flatnonzero(touching.any(axis=1) & others & ~floor)]
+
+
+def _leave_out(model: mujoco.MjModel, geoms: list[int], without: Sequence[str]) -> list[int]:
+    names = {geom: model.geom(geom).name for geom in geoms}
+    for name in without:
+        chosen = {geom for geom, each in names.items() if each == name or each.startswith(f"{name}_")}
+        if not chosen:
+            known = sorted({re.sub(r"(_\d+)?_leg_\d+$", "", each) for each in names.values() if each})
+            raise TaskError(f"the room has no obstacle {name!r}; it has {', '.join(known)}")
+        names = {geom: each for geom, each in names.items() if geom not in chosen}
+    return list(names)
 
 
 def _extent(model: mujoco.MjModel, data: mujoco.MjData, shapes: dict[int, Outline]) -> tuple[Corner, Corner]:

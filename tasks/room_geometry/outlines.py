@@ -34,7 +34,7 @@ def outline(model: mujoco.MjModel, data: mujoco.MjData, geom: int, low: float, h
         return _half_plane(position, rotation[:, 2], low, high)
     solid = polyhedron(model, geom)
     points = _slice(solid.corners @ rotation.T + position, solid.edges, low, high)
-    return _hull(points[:, :2]) if len(points) else None
+    return convex_hull(points[:, :2]) if len(points) else None
 
 
 def _half_plane(position: FloatArray, normal: FloatArray, low: float, high: float) -> Outline | None:
@@ -47,7 +47,7 @@ def _half_plane(position: FloatArray, normal: FloatArray, low: float, high: floa
     reach = max(float(normal @ position - normal[2] * height) / level for height in (low, high))
     face, along = reach * outward, FAR * np.array([-outward[1], outward[0]])
     back = face - FAR * outward
-    return _hull(np.stack([face + along, face - along, back + along, back - along]))
+    return convex_hull(np.stack([face + along, face - along, back + along, back - along]))
 
 
 def _slice(corners: FloatArray, edges: IntArray, low: float, high: float) -> FloatArray:
@@ -62,7 +62,7 @@ def _slice(corners: FloatArray, edges: IntArray, low: float, high: float) -> Flo
     return np.concatenate(parts)
 
 
-def _hull(points: FloatArray) -> Outline:
+def convex_hull(points: FloatArray) -> Outline:
     """Convex hull of points on the floor, (n, 2), by Andrew's monotone chain."""
     ordered = sorted(set(map(tuple, points.tolist())))
     return tuple(_half_hull(ordered)[:-1] + _half_hull(ordered[::-1])[:-1]) or tuple(ordered)

@@ -20,6 +20,7 @@ PATH_HEIGHT = 0.02  # m above the floor
 DRIVER_COLOURS = {
     "policy": (0.12, 0.47, 0.71),
     "controller": (1.0, 0.50, 0.05),
+    "planner": (0.55, 0.34, 0.76),
     "random": (0.5, 0.5, 0.5),
 }
 OTHER_COLOUR = (0.5, 0.5, 0.5)

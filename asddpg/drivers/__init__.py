@@ -1,0 +1,1 @@
+"""Drivers for the programs: a run, a baseline, a planner, and their robots."""

@@ -1,0 +1,57 @@
+"""The robot of an environment, as planning drivers see it."""
+
+import numpy as np
+
+from asddpg.build import action_bounds
+from asddpg.drivers.room_map import draw_room_map
+from asddpg.episodes.protocols import Observation
+from asddpg.planning.occupancy_grid import OccupancyGrid
+from asddpg.planning.robot import Reading, RobotShape
+from tasks.constants import MAX_RANGE
+from tasks.gymnasium_api.navigation_env import NavigationEnv
+from tasks.laser import beam_angles, laser_position
+from tasks.room_geometry.footprints import Footprint
+
+_NO_RETURN = 0.5  # in the observation, of a beam that reads the maximum range
+
+
+class SimulatedRobot:
+    """Its true pose, its goal, and the newest scan, with whatever noise the laser has.
+
+    Attributes:
+        shape: body and laser.
+        map: of the room; None for a driver that is to know nothing.
+    """
+
+    def __init__(self, environment: NavigationEnv, room_map: OccupancyGrid | None) -> None:
+        self._task = environment.task
+        self.shape, self.map = read_shape(environment), room_map
+
+    def read(self, observation: Observation) -> Reading:
+        """The robot at the instant of the newest observation."""
+        readings = self._task.readings
+        scan = observation[: len(self.shape.beams)].astype(np.float64)
+        ranges = np.where(scan < _NO_RETURN, (scan + 0.5) * MAX_RANGE, np.inf)
+        return Reading(readings.pose, readings.velocity, readings.goal, ranges)
+
+
+def read_shape(environment: NavigationEnv) -> RobotShape:
+    """Body, laser and limits of an environment's robot."""
+    model = environment.physics.model.ptr
+    footprint = Footprint.from_model(model)
+    low, high = ((float(v), float(omega)) for v, omega in action_bounds(environment))
+    return RobotShape(
+        footprint=np.array(footprint.outline),
+        inscribed_radius=footprint.inscribed_radius,
+        laser=laser_position(model),
+        beams=beam_angles(environment.scan_shape[1]),
+        max_range=MAX_RANGE,
+        control_timestep=environment.task.config.control_timestep,
+        low=low,
+        high=high,
+    )
+
+
+def with_room_map(environment: NavigationEnv) -> SimulatedRobot:
+    """A robot that knows its room."""
+    return SimulatedRobot(environment, draw_room_map(environment.obstacles))
