@@ -30,6 +30,7 @@ PROGRAMS = {
     "tools.teleop": "TeleopArguments",
     "tools.robot_figures": "RobotFiguresArguments",
     "tools.bench": "BenchArguments",
+    "tools.compare": "CompareArguments",
     "tools.compare_peers": "PeersArguments",
     "tools.check_models": "NoArguments",
     "tools.draw_held_out": "NoArguments",

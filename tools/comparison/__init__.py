@@ -1,0 +1,1 @@
+"""Parts of `tools.compare`: cases, driving, files of driven episodes, tables."""

@@ -1,0 +1,118 @@
+"""What is compared: drivers on tasks, each with the options that it heeds, and the name of its file."""
+
+import re
+import sys
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from asddpg.command_line import BASELINES
+from asddpg.config import ControllerConfig, EvaluateConfig, PlannerConfig
+from asddpg.drivers.baselines import PLANNERS, OwnDriver
+from asddpg.errors import UserError
+from asddpg.policy_setup import DriverSetup, set_up_driver
+from asddpg.runs.loading import PREFIX, open_trained
+from asddpg.runs.provenance import environment_hash
+from asddpg.runs.state_files import file_digest
+from tasks.evaluation_pairs import stored_pairs
+from tasks.room_geometry.held_out import Pair
+from tools.experiments.runs import digest
+
+LED = "+waypoints"  # after a run: a planner leads it
+SEED = 0  # of random actions
+
+
+@dataclass(frozen=True)
+class Case:
+    """A driver, as the user names it, on the first stored test pairs of a task."""
+
+    driver: str
+    task: str
+    episodes: int
+    controller: ControllerConfig = field(default_factory=ControllerConfig)
+    planner: PlannerConfig = field(default_factory=PlannerConfig)
+
+    @property
+    def options(self) -> dict[str, Any]:
+        """The options that the driver heeds; UserError where there is no such driver."""
+        agent, run = _agent_and_run(self.driver)
+        options: dict[str, Any] = {}
+        if run is None and agent in ("controller", "waypoints"):
+            options["controller"] = asdict(self.controller)
+        if agent in PLANNERS:
+            options["planner"] = {"map": self.planner.map} if agent == "move_base" else asdict(self.planner)
+        return options
+
+    def set_up(self, folder: Path) -> DriverSetup:
+        """Make the driver and its environment.
+
+        Raises:
+            UserError: there is no such driver, or it does not fit the task.
+        """
+        agent, run = _agent_and_run(self.driver)
+        controller = self.controller if run is None else _controller_of_run(run, self.controller)
+        config = EvaluateConfig(
+            run=run, agent=agent, task=self.task, controller=controller, planner=self.planner, out=str(folder)
+        )
+        return set_up_driver(config, "evaluate", SEED)
+
+    def pairs(self, setup: DriverSetup) -> tuple[Pair, ...]:
+        """The pairs to drive."""
+        return stored_pairs(self.task, "test", setup.config.task.goal_radius)[: self.episodes]
+
+    def conditions(self, setup: DriverSetup) -> dict[str, Any]:
+        """All that decides what the episodes are, but for the versions of the packages."""
+        return {
+            "driver": self.driver,
+            "options": self.options,
+            "weights": setup.checkpoint.get("weights_sha256", ""),
+            "code": _identify_code(self.driver, setup),
+            "scene": environment_hash(setup.environment),
+            "task": asdict(setup.config.task),
+            "reward": asdict(setup.config.reward),
+            "episodes": self.episodes,
+            "pairs": digest({"pairs": [(pair.start, pair.goal, pair.shortest_path) for pair in self.pairs(setup)]}),
+        }
+
+    def path(self, folder: Path, setup: DriverSetup) -> Path:
+        """The file of its episodes; other conditions have another."""
+        name = re.sub(r"[^A-Za-z0-9.]+", "_", self.driver).strip("_.")[-60:]
+        return folder / f"{name}_{self.task}_{digest(self.conditions(setup))}.json"
+
+
+def _agent_and_run(driver: str) -> tuple[str | None, str | None]:
+    """What agent= and run= of `python -m asddpg.evaluate` are for a driver; UserError where it is none."""
+    led = driver.removesuffix(LED)
+    if driver in BASELINES:
+        return driver, None
+    if _is_run(driver) and not driver.startswith(PREFIX):
+        return None, driver
+    if led != driver and _is_run(led):
+        return "waypoints", led
+    if _is_run(driver):
+        return None, driver
+    if ":" in driver and led == driver:
+        return driver, None
+    raise UserError(
+        f"there is no driver {driver!r}; there are {', '.join(BASELINES)}, {PREFIX}<name>, the folder of a run, either "
+        f"with {LED} behind it, and your own as package.module:Factory"
+    )
+
+
+def _is_run(name: str) -> bool:
+    return name.startswith(PREFIX) or Path(name).is_dir()
+
+
+def _controller_of_run(run: str, controller: ControllerConfig) -> ControllerConfig:
+    """A run brings its controller along, but one of the user's own the user names."""
+    named = open_trained(run, controller=None).config.controller.type == controller.type
+    return ControllerConfig(type=controller.type) if named else ControllerConfig()
+
+
+def _identify_code(driver: str, setup: DriverSetup) -> str:
+    """Of a user's own driver the digest of its file, and what it says of itself; else nothing."""
+    own = setup.drivers[setup.name]
+    if not isinstance(own, OwnDriver):
+        return ""
+    file = getattr(sys.modules[driver.partition(":")[0]], "__file__", None)
+    return f"{file_digest(Path(file)) if file else ''} {own.identity}"
