@@ -31,6 +31,7 @@ PROGRAMS = {
     "tools.robot_figures": "RobotFiguresArguments",
     "tools.bench": "BenchArguments",
     "tools.compare": "CompareArguments",
+    "tools.localization": "LocalizationArguments",
     "tools.compare_peers": "PeersArguments",
     "tools.check_models": "NoArguments",
     "tools.draw_held_out": "NoArguments",

@@ -31,8 +31,8 @@ class DWAOptions:
         path_bias: cost of a metre to the path.
         goal_bias: cost of a metre to the local goal.
         obstacle_scale: of the largest cost on the way.
-        paddings: metres that the footprint is widened by on every side; a smaller one counts where the robot is within
-            the larger one of an obstacle, and that leaves no sample: it must get away again.
+        paddings: metres that the footprint is widened by on every side; a smaller one counts where the larger one
+            leaves no sample, one below 0 where the robot stands in an obstacle's cell: it must get away again.
         forward_point: metres to the point ahead of the base that alignment rates.
         least_translation: m/s; slower samples must turn.
         least_rotation: rad/s.
@@ -76,6 +76,7 @@ class DWA:
         self._outlines = [
             outline_points(pad(shape.footprint, padding), OUTLINE_SPACING) for padding in self._options.paddings
         ]
+        self._footprint = outline_points(shape.footprint, OUTLINE_SPACING)
         # A turn gets away from obstacles too.
         smallest = pad(shape.footprint, min(self._options.paddings, default=0.0))
         self._turning_outline = outline_points(smallest, OUTLINE_SPACING)
@@ -96,15 +97,16 @@ class DWA:
         self._forget_turn(reading.pose)
         others = self._oscillation_costs(sampled) + path_costs(trajectories, reading, path, costmap, options)
         here = Trajectories(np.zeros((1, 2)), np.array([[reading.pose]]))
-        for outline in self._outlines:
+        for padding, outline in zip(options.paddings, self._outlines, strict=True):
+            # Less than itself the robot may be only where it stands in an obstacle's cell already.
+            if padding < 0.0 and np.isfinite(obstacle_costs(here, self._footprint, costmap)[0]):
+                break
             total = others + weigh(options.obstacle_scale, obstacle_costs(trajectories, outline, costmap))
             best = int(np.lexsort((np.abs(sampled[:, 1]), total))[0])  # of equal ones the straightest
             if np.isfinite(total[best]):
                 v, omega = sampled[best].tolist()
                 self._remember_turn(v, omega, reading.pose)
                 return v, omega
-            if np.isfinite(obstacle_costs(here, outline, costmap)[0]):
-                break
         return None
 
     def can_turn(self, pose: tuple[float, float, float], angle: float, costmap: Costmap) -> bool:
