@@ -425,9 +425,19 @@ def test_a_larger_padding_that_leaves_a_sample_decides() -> None:
     # At 0.5 m/s the front is at 2.19 + 0.2 + 0.6 = 2.99 m in the end, and nearer to the goal; padded it is in the wall.
     path = straight((2.25, 2.05), (2.85, 2.05), 7)
     reading = make_reading((2.19, 2.05, 0.0), velocity=(0.4, 0.0))
-    for paddings, speed in (((0.03, -0.03), 0.3), ((0.03,), 0.3), ((-0.03,), 0.5)):
+    for paddings, speed in (((0.03, 0.0), 0.3), ((0.03,), 0.3), ((0.0,), 0.5)):
         options = DWAOptions(samples=(2, 2), obstacle_scale=0.0, forward_point=0.0, paddings=paddings)
         assert DWA(shape, options).choose(reading, path, costmap) == (speed, 0.0)
+
+
+def test_less_than_the_footprint_counts_only_on_an_obstacles_cell() -> None:
+    costmap = costmap_of(map_with_wall(30))  # from x = 3.0 m on
+    shape = make_shape(low=(0.3, 0.0), high=(0.5, 0.0))  # it cannot but drive on
+    path = straight((2.25, 2.05), (2.85, 2.05), 7)
+    for x, drives in ((2.78, False), (2.82, True)):  # its front at 2.98 m, or at 3.02 m, in the wall
+        options = DWAOptions(samples=(1, 1), sim_time=0.1, paddings=(0.03, 0.0, -0.06))
+        found = DWA(shape, options).choose(make_reading((x, 2.05, 0.0), velocity=(0.3, 0.0)), path, costmap)
+        assert (found is not None) == drives
 
 
 def test_enclosed_it_has_no_command() -> None:
