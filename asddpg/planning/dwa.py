@@ -32,7 +32,7 @@ class DWAOptions:
         goal_bias: cost of a metre to the local goal.
         obstacle_scale: of the largest cost on the way.
         paddings: metres that the footprint is widened by on every side; a smaller one counts where the larger one
-            leaves no sample, one below 0 where the robot stands in an obstacle's cell: it must get away again.
+            leaves no sample, one below 0 where the robot stands in an obstacle's cell, or is stuck: it must get away.
         forward_point: metres to the point ahead of the base that alignment rates.
         least_translation: m/s; slower samples must turn.
         least_rotation: rad/s.
@@ -47,7 +47,7 @@ class DWAOptions:
     spacing: tuple[float, float] = (0.05, 0.1)
     path_bias: float = 6.4
     goal_bias: float = 4.8
-    obstacle_scale: float = 0.01
+    obstacle_scale: float = 0.005
     paddings: tuple[float, ...] = (0.03, 0.0, -0.03)
     forward_point: float = 0.325
     least_translation: float = 0.1
@@ -83,13 +83,16 @@ class DWA:
         self._turn = 0  # sign of the turn that may not change now; 0 allows both
         self._turned_at = (0.0, 0.0, 0.0)
 
-    def choose(self, reading: Reading, path: FloatArray, costmap: Costmap) -> tuple[float, float] | None:
+    def choose(
+        self, reading: Reading, path: FloatArray, costmap: Costmap, is_stuck: bool = False
+    ) -> tuple[float, float] | None:
         """The best v (m/s) and ω (rad/s); None where every sample is rejected.
 
         Args:
             reading: of the robot.
             path: to the goal, (n, 2), metres, map frame.
             costmap: of the room.
+            is_stuck: whether there was no command lately, so that paddings below 0 count everywhere.
         """
         options = self._options
         sampled = sample_velocities(reading.velocity, self._shape, options)
@@ -98,8 +101,8 @@ class DWA:
         others = self._oscillation_costs(sampled) + path_costs(trajectories, reading, path, costmap, options)
         here = Trajectories(np.zeros((1, 2)), np.array([[reading.pose]]))
         for padding, outline in zip(options.paddings, self._outlines, strict=True):
-            # Less than itself the robot may be only where it stands in an obstacle's cell already.
-            if padding < 0.0 and np.isfinite(obstacle_costs(here, self._footprint, costmap)[0]):
+            # Maps take obstacles for larger than they are, by half a cell and more, but it need not be by as much.
+            if padding < 0.0 and not is_stuck and np.isfinite(obstacle_costs(here, self._footprint, costmap)[0]):
                 break
             total = others + weigh(options.obstacle_scale, obstacle_costs(trajectories, outline, costmap))
             best = int(np.lexsort((np.abs(sampled[:, 1]), total))[0])  # of equal ones the straightest

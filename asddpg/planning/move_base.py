@@ -9,6 +9,7 @@ from asddpg.planning.dwa import DWA, DWAOptions
 from asddpg.planning.navigator import Navigator, NavigatorOptions
 from asddpg.planning.robot import Reading, Robot
 
+STUCK_AFTER = 0.4  # s without a command until the robot, at rest by then, may go nearer to obstacles
 PATIENCE = 1.0  # s without a command from DWA until a recovery begins
 RECOVERY_TURN = 2.0 * np.pi  # rad
 RECOVERY_RATE = 1.0  # rad/s
@@ -49,7 +50,8 @@ class MoveBase:
         return {}
 
     def _follow(self, reading: Reading, navigator: Navigator) -> tuple[float, float]:
-        command = None if navigator.path is None else self._dwa.choose(reading, navigator.path, navigator.costmap)
+        is_stuck, path = self._idle >= STUCK_AFTER, navigator.path
+        command = None if path is None else self._dwa.choose(reading, path, navigator.costmap, is_stuck)
         if command is not None:
             self._idle = 0.0
             return command

@@ -56,7 +56,7 @@ class WheelOdometry:
 
     @property
     def pose(self) -> FloatArray:
-        """x, y and yaw in the frame of the first pose: metres, radians in [−π, π), (3,)."""
+        """The pose (x, y, yaw) in the frame of the first one, metres and radians in [−π, π), (3,)."""
         return np.array([self._x, self._y, wrap_angle(self._yaw)])
 
     def update(self, wheel_angles: tuple[float, float]) -> FloatArray:
