@@ -53,7 +53,7 @@ def test_every_library_that_is_imported_is_a_dependency_or_in_an_extra() -> None
     extras = project["optional-dependencies"]
     named = {*project["dependencies"], *(name for extra in extras.keys() - {"dev", "docs"} for name in extras[extra])}
     declared = {re.split("[<>=]", name)[0].replace("-", "_") for name in named}
-    of_module = {"PIL": "pillow", "google": "protobuf", "yaml": "pyyaml"}
+    of_module = {"PIL": "pillow", "skimage": "scikit_image", "google": "protobuf", "yaml": "pyyaml"}
     of_module |= {"foxglove": "foxglove_sdk", "mcap_protobuf": "mcap_protobuf_support", "OpenGL": "pyopengl"}
     tops = {name.split(".")[0] for path in MODULES.values() for name in imported(path)}
     tops -= {*PACKAGES, *sys.stdlib_module_names}
