@@ -86,9 +86,9 @@ def _write(driven: Sequence[Drive], path: Path) -> None:
     writer = csv.writer(text, lineterminator="\n")
     writer.writerow(["seed", "steps", "median_m", "q95_m", "max_m", "median_deg", "last_m"])
     for each in driven:
-        middle, most, all_ = np.quantile(each.distances, (0.5, 0.95, 1.0)).tolist()
+        middle, most, largest = np.quantile(each.distances, (0.5, 0.95, 1.0)).tolist()
         heading = float(np.degrees(np.median(each.angles)))
-        numbers = (middle, most, all_, heading, float(each.distances[-1]))
+        numbers = (middle, most, largest, heading, float(each.distances[-1]))
         writer.writerow([each.seed, len(each.distances), *(f"{number:.4f}" for number in numbers)])
     write_whole(path, text.getvalue().encode())
 

@@ -1,11 +1,10 @@
 """The dynamic window approach (Fox et al., 1997), as dwa_local_planner of ROS has it: samples, critics, the best one.
 
-Every sample (v, ω) is driven in thought for `sim_time` along its arc. A critic gives each a cost, or rejects it; the
+Every sample (v, ω) is simulated for `sim_time` along its arc. A critic gives each a cost, or rejects it; the
 lowest sum wins. All samples are rated at once.
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -26,8 +25,8 @@ class DWAOptions:
     Attributes:
         acceleration: of v, m/s², and of ω, rad/s².
         samples: of v and of ω.
-        sim_time: seconds that a sample is driven in thought.
-        spacing: between two poses in thought, metres and radians.
+        sim_time: seconds that a sample is simulated.
+        spacing: between two simulated poses, metres and radians.
         path_bias: cost of a metre to the path.
         goal_bias: cost of a metre to the local goal.
         obstacle_scale: of the largest cost on the way.
@@ -54,18 +53,6 @@ class DWAOptions:
     least_rotation: float = 0.4
     window: float = 1.2
     oscillation_distance: tuple[float, float] = (0.05, 0.2)
-
-
-class Trajectories(NamedTuple):
-    """Samples and where they lead.
-
-    Attributes:
-        velocities: v and ω, (n, 2).
-        poses: x, y, yaw, map frame, (n, t, 3); the first is a step after the present one.
-    """
-
-    velocities: FloatArray
-    poses: FloatArray
 
 
 class DWA:
@@ -96,10 +83,10 @@ class DWA:
         """
         options = self._options
         sampled = sample_velocities(reading.velocity, self._shape, options)
-        trajectories = drive_in_thought(reading.pose, sampled, options)
+        trajectories = simulate(reading.pose, sampled, options)
         self._forget_turn(reading.pose)
         others = self._oscillation_costs(sampled) + path_costs(trajectories, reading, path, costmap, options)
-        here = Trajectories(np.zeros((1, 2)), np.array([[reading.pose]]))
+        here = np.array([[reading.pose]])
         for padding, outline in zip(options.paddings, self._outlines, strict=True):
             # Maps take obstacles for larger than they are, by half a cell and more, but it need not be by as much.
             if padding < 0.0 and not is_stuck and np.isfinite(obstacle_costs(here, self._footprint, costmap)[0]):
@@ -115,8 +102,7 @@ class DWA:
     def can_turn(self, pose: tuple[float, float, float], angle: float, costmap: Costmap) -> bool:
         """Whether the robot at a pose can turn on the spot by an angle, rad, without touching an obstacle."""
         yaws = pose[2] + np.linspace(0.0, angle, 5)
-        poses = np.stack([np.full(5, pose[0]), np.full(5, pose[1]), yaws], axis=1)[None]
-        turning = Trajectories(np.zeros((1, 2)), poses)
+        turning = np.stack([np.full(5, pose[0]), np.full(5, pose[1]), yaws], axis=1)[None]
         return bool(np.isfinite(obstacle_costs(turning, self._turning_outline, costmap)[0]))
 
     def _oscillation_costs(self, sampled: FloatArray) -> FloatArray:
@@ -156,8 +142,12 @@ def sample_velocities(velocity: tuple[float, float], shape: RobotShape, options:
     return sampled if is_slow.all() else sampled[~is_slow]
 
 
-def drive_in_thought(pose: tuple[float, float, float], sampled: FloatArray, options: DWAOptions) -> Trajectories:
-    """Each sample's arc for sim_time, in as many steps as the longest of them needs."""
+def simulate(pose: tuple[float, float, float], sampled: FloatArray, options: DWAOptions) -> FloatArray:
+    """Each sample's arc for sim_time, in as many steps as the longest of them needs.
+
+    Returns:
+        x, y, yaw, map frame, (n, t, 3); the first is a step after the present pose.
+    """
     reach = np.abs(sampled) * options.sim_time / options.spacing
     count = max(1, int(np.ceil(reach.max())))
     times = np.linspace(0.0, options.sim_time, count + 1)[1:]
@@ -167,8 +157,7 @@ def drive_in_thought(pose: tuple[float, float, float], sampled: FloatArray, opti
     # A chord of the arc: v t sin(φ/2)/(φ/2) long, in the direction of half the turn φ.
     chord = v * times * np.sinc(turned / (2.0 * np.pi))
     direction = yaw + turned / 2.0
-    poses = np.stack([x + chord * np.cos(direction), y + chord * np.sin(direction), yaw + turned], axis=-1)
-    return Trajectories(sampled, poses)
+    return np.stack([x + chord * np.cos(direction), y + chord * np.sin(direction), yaw + turned], axis=-1)
 
 
 # Critics: a cost for each sample, (n,); infinite for one that is rejected ---------------------------------------------
@@ -194,15 +183,14 @@ def outline_points(footprint: FloatArray, spacing: float) -> FloatArray:
     return np.concatenate(parts)
 
 
-def obstacle_costs(trajectories: Trajectories, outline: FloatArray, costmap: Costmap) -> FloatArray:
+def obstacle_costs(trajectories: FloatArray, outline: FloatArray, costmap: Costmap) -> FloatArray:
     """The largest cost of the axis's cells on the way; infinite where the outline's points meet an obstacle."""
-    poses = trajectories.poses
-    largest = costmap.cost_at(poses[..., :2])  # [n, t]
+    largest = costmap.cost_at(trajectories[..., :2])  # [n, t]
     worst: FloatArray = largest.max(axis=1).astype(np.float64)
     # Elsewhere the outline reaches no obstacle.
     near = np.argwhere(largest >= costmap.least_cost_within(float(np.hypot(*outline.T).max())))
     if len(near):
-        x, y, yaw = (part[:, None] for part in poses[tuple(near.T)].T)
+        x, y, yaw = (part[:, None] for part in trajectories[tuple(near.T)].T)
         cos, sin = np.cos(yaw), np.sin(yaw)
         points = np.stack([x + cos * outline[:, 0] - sin * outline[:, 1],
                            y + sin * outline[:, 0] + cos * outline[:, 1]], axis=-1)  # fmt: skip
@@ -212,7 +200,7 @@ def obstacle_costs(trajectories: Trajectories, outline: FloatArray, costmap: Cos
 
 
 def path_costs(
-    trajectories: Trajectories, reading: Reading, path: FloatArray, costmap: Costmap, options: DWAOptions
+    trajectories: FloatArray, reading: Reading, path: FloatArray, costmap: Costmap, options: DWAOptions
 ) -> FloatArray:
     """Critics path, goal, alignment and goal_front: distances of the last pose, and of the point ahead of it."""
     window = _Window(costmap, reading.pose, options.window)
@@ -220,7 +208,7 @@ def path_costs(
     inside = window.contains(rest)
     # Up to where it first leaves the window.
     local = rest[: len(rest) if inside.all() else max(1, int(np.argmin(inside)))]
-    ends = trajectories.poses[:, -1]
+    ends = trajectories[:, -1]
     ahead = ends[:, :2] + options.forward_point * np.stack([np.cos(ends[:, 2]), np.sin(ends[:, 2])], axis=1)
     to_path, to_goal = window.distances(local), window.distances(local[-1:])
     from_path, from_goal = window.look_up(to_path, ends[:, :2]), window.look_up(to_goal, ends[:, :2])

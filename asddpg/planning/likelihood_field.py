@@ -2,9 +2,9 @@
 
 import numpy as np
 import numpy.typing as npt
-from scipy import ndimage
 
-from asddpg.planning.occupancy_grid import BoolArray, FloatArray, IntArray, OccupancyGrid
+from asddpg.planning.costmap import distance_to_obstacles
+from asddpg.planning.occupancy_grid import FloatArray, IntArray, OccupancyGrid
 
 Float32Array = npt.NDArray[np.float32]
 
@@ -20,7 +20,7 @@ class LikelihoodField:
     def __init__(self, grid: OccupancyGrid, max_distance: float = 2.0) -> None:
         self.max_distance = max_distance
         self.distances: Float32Array = np.pad(
-            np.minimum(_distances_to(grid.occupied) * grid.resolution, max_distance).astype(np.float32),
+            np.minimum(distance_to_obstacles(grid), max_distance).astype(np.float32),
             1,
             constant_values=max_distance,
         )
@@ -41,12 +41,6 @@ class LikelihoodField:
         """Distances, metres (...), of points x and y, metres, map frame (..., 2)."""
         found = np.asarray(points)
         return np.asarray(self.distances.ravel()[self.indices_of(found[..., 0], found[..., 1])])
-
-
-def _distances_to(occupied: BoolArray) -> FloatArray:
-    if not occupied.any():
-        return np.full(occupied.shape, np.inf)  # distance_transform_edt needs an obstacle
-    return np.asarray(ndimage.distance_transform_edt(~occupied))
 
 
 class LikelihoodModel:

@@ -49,7 +49,7 @@ class RobotShape:
 
 
 class Robot(Protocol):
-    """A robot in a room: a driver's own is made as `Factory(robot)`, and asks it in each of its decisions.
+    """A robot in a room: a driver's own is made as `Factory(robot)`, and reads it in each of its decisions.
 
     Attributes:
         shape: body and laser.

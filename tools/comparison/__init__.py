@@ -1,1 +1,1 @@
-"""Parts of `tools.compare`: cases, driving, files of driven episodes, tables."""
+"""Parts of `tools.compare` and `tools.localization`: cases, driving, files of driven episodes, tables."""

@@ -81,7 +81,7 @@ class Case:
 
 
 def _agent_and_run(driver: str) -> tuple[str | None, str | None]:
-    """What agent= and run= of `python -m asddpg.evaluate` are for a driver; UserError where it is none."""
+    """What agent= and run= of `python -m asddpg.evaluate` are for a driver; UserError where there is no such driver."""
     led = driver.removesuffix(LED)
     if driver in BASELINES:
         return driver, None

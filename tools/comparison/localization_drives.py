@@ -63,7 +63,7 @@ def drive(options: DriveOptions, seed: int) -> Drive:
     observation, info = environment.reset(seed=seed)
     planner.begin_episode()
     goals = np.random.default_rng(seed)
-    reading = localized.begin(observation, info["pose"] if options.is_start_known else None)
+    localized.begin(observation, info["pose"] if options.is_start_known else None)
     errors = []
     for _ in range(round(options.seconds / environment.task.config.control_timestep)):
         observation, _, terminated, truncated, info = environment.step(

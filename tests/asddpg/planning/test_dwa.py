@@ -9,13 +9,12 @@ from asddpg.planning.costmap import Costmap, Inflation
 from asddpg.planning.dwa import (
     DWA,
     DWAOptions,
-    Trajectories,
-    drive_in_thought,
     obstacle_costs,
     outline_points,
     pad,
     path_costs,
     sample_velocities,
+    simulate,
 )
 from asddpg.planning.occupancy_grid import OCCUPIED, FloatArray, OccupancyGrid
 from tests.support.fake_robot import FOOTPRINT, free_map, make_reading, make_shape, straight
@@ -39,9 +38,9 @@ def map_with_wall(column: int) -> OccupancyGrid:
     return grid
 
 
-def one_way(*poses: tuple[float, float, float]) -> Trajectories:
+def one_way(*poses: tuple[float, float, float]) -> FloatArray:
     """A single sample that leads over these poses."""
-    return Trajectories(np.zeros((1, 2)), np.array([poses]))
+    return np.array([poses])
 
 
 def corners(pose: tuple[float, float, float], footprint: FloatArray = FOOTPRINT) -> FloatArray:
@@ -93,7 +92,7 @@ def test_slow_samples_stay_where_there_are_no_others() -> None:
 def test_a_sample_is_driven_along_its_exact_arc() -> None:
     sampled = np.array([(0.5, 1.0), (0.3, -0.8), (0.5, 0.0), (0.0, 0.9)])
     pose = (1.0, -2.0, 0.7)
-    poses = drive_in_thought(pose, sampled, DWAOptions(sim_time=1.0)).poses
+    poses = simulate(pose, sampled, DWAOptions(sim_time=1.0))
     assert poses.shape == (4, 10, 3)  # 0.5 m at 0.05 m; 1 rad at 0.1 rad
     for index, (v, omega) in enumerate(sampled.tolist()):
         expected = [arc(pose, v, omega, 0.1 * step) for step in range(1, 11)]
@@ -102,9 +101,9 @@ def test_a_sample_is_driven_along_its_exact_arc() -> None:
 
 def test_the_longest_arc_sets_the_number_of_poses() -> None:
     options = DWAOptions(sim_time=2.0, spacing=(0.1, 0.25))
-    assert drive_in_thought(HERE, np.array([(0.5, 0.1)]), options).poses.shape[1] == 10  # 1 m at 0.1 m
-    assert drive_in_thought(HERE, np.array([(0.1, 1.5), (0.1, 0.0)]), options).poses.shape[1] == 12  # 3 rad at 0.25
-    assert drive_in_thought(HERE, np.array([(0.0, 0.0)]), options).poses.tolist() == [[list(HERE)]]
+    assert simulate(HERE, np.array([(0.5, 0.1)]), options).shape[1] == 10  # 1 m at 0.1 m
+    assert simulate(HERE, np.array([(0.1, 1.5), (0.1, 0.0)]), options).shape[1] == 12  # 3 rad at 0.25
+    assert simulate(HERE, np.array([(0.0, 0.0)]), options).tolist() == [[list(HERE)]]
 
 
 # The footprint --------------------------------------------------------------------------------------------------------
@@ -158,7 +157,7 @@ def test_one_pose_on_the_way_rejects_its_sample_and_no_other() -> None:
     poses = np.array([[(1.55, 2.0, 0.0), (0.55, 2.0, 0.0)],
                       [(1.85, 2.0, 0.0), (0.55, 2.0, 0.0)],
                       [(0.55, 2.0, 0.0), (0.65, 2.0, 0.0)]])  # fmt: skip
-    costs = obstacle_costs(Trajectories(np.zeros((3, 2)), poses), OUTLINE, costmap)
+    costs = obstacle_costs(poses, OUTLINE, costmap)
     assert costs.tolist() == [7.0, np.inf, 0.0]  # 252 e^−3.5 = 7.6
 
 
@@ -196,7 +195,7 @@ def costs_of(
     goal_bias: float = 0.0,
 ) -> list[float]:
     """Costs of samples that end at these poses, of a robot at HERE."""
-    ends = Trajectories(np.zeros((len(poses), 2)), np.array(poses)[:, None])
+    ends = np.array(poses)[:, None]
     options = DWAOptions(path_bias=path_bias, goal_bias=goal_bias)
     found: list[float] = path_costs(ends, make_reading(HERE), path, costmap or costmap_of(free_map()), options).tolist()
     return found
@@ -280,7 +279,7 @@ def test_an_end_outside_of_the_window_is_rejected() -> None:
 @pytest.mark.parametrize("place", [(0.35, 0.35, 0.0), (3.65, 3.65, 0.0), (0.02, 2.05, 1.0)])
 def test_the_maps_edge_cuts_the_window(place: tuple[float, float, float]) -> None:
     path = np.array([place[:2], (2.05, 2.05)])
-    ends = Trajectories(np.zeros((1, 2)), np.array([[place]]))
+    ends = np.array([[place]])
     options = DWAOptions(path_bias=1.0, goal_bias=0.0, forward_point=0.0)
     assert path_costs(ends, make_reading(place), path, costmap_of(free_map()), options).tolist() == [0.0]
 
