@@ -16,12 +16,12 @@ from asddpg.build import make_cameras, navigation_env, prepare_torch
 from asddpg.command_line import driver_config
 from asddpg.config import EvaluateConfig
 from asddpg.drivers.baselines import PLANNERS
+from asddpg.drivers.driver_setup import DriverSetup, set_up_driver
 from asddpg.episodes.evaluation import EvaluationResult, evaluate, table
 from asddpg.errors import UserError
 from asddpg.messages import ERR, print_line
 from asddpg.observers.progress import count_episodes
 from asddpg.options.help_text import help_text
-from asddpg.policy_setup import DriverSetup, set_up_driver
 from asddpg.program import run
 from asddpg.recording.how_to_open import how_to_open
 from asddpg.runs.provenance import current_versions

@@ -16,12 +16,12 @@ import numpy as np
 from asddpg.build import make_cameras, make_live, navigation_env, prepare_torch
 from asddpg.command_line import driver_config
 from asddpg.config import PlayConfig
+from asddpg.drivers.driver_setup import DriverSetup, set_up_driver
 from asddpg.episodes.loop import run_episode
 from asddpg.episodes.protocols import Observer
 from asddpg.episodes.steering import SteeredDriver
 from asddpg.messages import OUT, print_line
 from asddpg.options.help_text import help_text
-from asddpg.policy_setup import DriverSetup, set_up_driver
 from asddpg.program import run
 from asddpg.recording.how_to_open import how_to_open, how_to_watch
 from asddpg.recording.pictures.film import Film

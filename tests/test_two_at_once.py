@@ -11,10 +11,10 @@ from pathlib import Path
 
 import pytest
 
-from asddpg import policy_setup
 from asddpg.atomic_write import claim_folder
 from asddpg.command_line import train_config
 from asddpg.config import EvaluateConfig
+from asddpg.drivers import driver_setup
 from asddpg.errors import UserError
 from asddpg.recording.files.reading import open_recording
 from asddpg.recording.pictures.film import Film
@@ -147,5 +147,5 @@ def test_recordings_name_the_weights_that_drove_though_a_training_replaced_them(
         return step
 
     monkeypatch.setattr(weights_file, "load_into", replaced)
-    setup = policy_setup.set_up_driver(EvaluateConfig(run=str(run)), "evaluate", 0)
+    setup = driver_setup.set_up_driver(EvaluateConfig(run=str(run)), "evaluate", 0)
     assert (setup.step, setup.checkpoint["weights_sha256"]) == (int(newer.stem[5:]), file_digest(newer)[:16])

@@ -117,7 +117,7 @@ def test_results_and_recordings_go_where_out_says(
 def test_a_run_of_another_owner_names_the_option_that_helps(
     finished_run: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("asddpg.policy_setup.os.access", lambda *_: False)
+    monkeypatch.setattr("asddpg.drivers.driver_setup.os.access", lambda *_: False)
     for program in (evaluate, play):
         with pytest.raises(UserError, match=f"{finished_run} cannot be written; out=<folder> puts"):
             program.main([f"run={finished_run}", "episodes=1"])

@@ -9,8 +9,8 @@ from typing import Any
 from asddpg.command_line import BASELINES
 from asddpg.config import ControllerConfig, EvaluateConfig, PlannerConfig
 from asddpg.drivers.baselines import PLANNERS, OwnDriver
+from asddpg.drivers.driver_setup import DriverSetup, set_up_driver
 from asddpg.errors import UserError
-from asddpg.policy_setup import DriverSetup, set_up_driver
 from asddpg.runs.loading import PREFIX, open_trained
 from asddpg.runs.provenance import environment_hash
 from asddpg.runs.state_files import file_digest

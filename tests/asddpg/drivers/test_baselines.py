@@ -8,8 +8,8 @@ import pytest
 from asddpg import evaluate, play
 from asddpg.command_line import driver_config
 from asddpg.config import EvaluateConfig
+from asddpg.drivers.driver_setup import set_up_driver
 from asddpg.errors import UserError
-from asddpg.policy_setup import set_up_driver
 from asddpg.runs.run_folder import RunFolder
 
 OWN = """
