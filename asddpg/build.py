@@ -26,6 +26,7 @@ from asddpg.algorithm.replay import BalancedReplay, ReplayBuffer, ReplayShape
 from asddpg.algorithm.schedules import Withdrawal
 from asddpg.config import (
     ControllerConfig,
+    MissionConfig,
     PlayConfig,
     RecordConfig,
     RecordEvaluationConfig,
@@ -38,6 +39,7 @@ from asddpg.errors import UserError, truncated_repr
 from asddpg.recording.live.controls import Steering
 from asddpg.recording.live.live_view import LiveView
 from asddpg.recording.pictures.cameras import Cameras
+from asddpg.recording.samples import ReadNavigation
 from tasks import NavigationConfig, Reward, gymnasium_id
 from tasks.gymnasium_api.navigation_env import NavigationEnv
 from tasks.gymnasium_api.navigation_vector_env import NavigationVectorEnv
@@ -95,17 +97,19 @@ def make_cameras(record: RecordConfig | RecordEvaluationConfig, environment: Nav
 
 
 def make_live(
-    config: TrainConfig | PlayConfig,
+    config: TrainConfig | PlayConfig | MissionConfig,
     environment: NavigationEnv,
     cameras: Cameras | None,
     steering: Steering | None = None,
+    read_navigation: ReadNavigation | None = None,
 ) -> LiveView:
-    """The live view, with the pictures of cameras; a training has no steering.
+    """The live view, with pictures and plans; a training has no steering.
 
     Raises:
         UserError: its port is taken.
     """
-    return LiveView(environment, config.port, config.speed, steering, cameras.stills() if cameras else None)
+    stills = cameras.stills() if cameras else None
+    return LiveView(environment, config.port, config.speed, steering, stills, read_navigation)
 
 
 def action_bounds(environment: gymnasium.Env) -> tuple[Action, Action]:

@@ -11,7 +11,7 @@ from typing import Any, TypeVar
 
 import yaml
 
-from asddpg.config import EvaluateConfig, PlayConfig, TrainConfig, check
+from asddpg.config import EvaluateConfig, MissionConfig, PlayConfig, TrainConfig, check
 from asddpg.errors import UserError, truncated_repr
 from asddpg.options.habits import sweep_hint
 from asddpg.options.parsing import find_option, flatten, parse_arguments, with_values
@@ -48,7 +48,7 @@ GROUPS: Mapping[str, Mapping[str, str]] = {
 # What a resumed run may change: it changes nothing that has been learned.
 MAY_CHANGE = ("total_steps", "checkpoint_every", "record.keep", "live", "port", "speed")
 BASELINES = ("controller", "random", "move_base", "waypoints")
-Driving = TypeVar("Driving", EvaluateConfig, PlayConfig)
+Driving = TypeVar("Driving", EvaluateConfig, PlayConfig, MissionConfig)
 _CONF = Path(__file__).parent / "conf"
 _DEFAULTS = {"network": "fc3x256", "task": "nav_complex", "agent": "asddpg"}  # the later overrides the earlier
 
@@ -110,7 +110,7 @@ def stored_config(values: Mapping[str, Any]) -> TrainConfig:
 
 
 def driver_config(kind: type[Driving], arguments: Sequence[str]) -> Driving:
-    """The configuration of an evaluation, or of episodes to play; UserError where an argument is wrong."""
+    """The configuration of an evaluation, of episodes to play, or of missions; UserError where an argument is wrong."""
     config = parse_arguments(kind, arguments, may_repeat=True)
     check(config)
     return config

@@ -1,9 +1,10 @@
-"""The options of a training, of an evaluation and of episodes to play, each with its range and its meaning beside it.
+"""Options of a training, an evaluation, episodes to play and missions, each with its range and its meaning beside it.
 
 A field without option() is no option: the name of a choice, such as task.name, which task= sets.
 """
 
 from dataclasses import dataclass, field, replace
+from typing import TypeAlias
 
 from asddpg.errors import UserError
 from asddpg.options.values import check_value
@@ -29,6 +30,9 @@ GAINS = Range(
     "two numbers within a million, P_l and P_r",
 )
 CAMERAS = Range(lambda names: len(set(names)) == len(names), "names of cameras, each once")
+NAMES = Range(lambda names: len(set(names)) == len(names), "names of obstacles, each once")
+TARGETS = Range(lambda numbers: len(numbers) % 2 == 0, "pairs of numbers, x and y of each target, such as [1,2,-3,0.5]")
+START = Range(lambda numbers: len(numbers) in (0, 3), "three numbers, x, y (m) and yaw (rad)")
 PICTURE_SIZE = Range(
     lambda size: len(size) == 2 and all(16 <= side <= 1080 and side % 2 == 0 for side in size),
     "width and height, two even numbers from 16 to 1080 px",
@@ -286,7 +290,31 @@ class PlayConfig(DriverConfig):
     speed: float = option(1.0, "Simulated seconds per second when live; 0 is as fast as possible.", NOT_NEGATIVE)
 
 
-def check(config: TrainConfig | EvaluateConfig | PlayConfig) -> None:
+@dataclass
+class MissionConfig(DriverConfig):
+    """`python -m asddpg.mission`."""
+
+    targets: list[float] = option([], "x and y of the targets in turn, m; [] draws five, by the seed.", TARGETS)
+    start: list[float] = option([], "x, y (m) and yaw (rad) of the start; [] draws it.", START)
+    unmapped: list[str] | None = option(
+        None, "Obstacles that the map lacks, such as [sofa,bench]; null draws five, [] is none.", NAMES
+    )
+    noise: float = option(1.0, "Scale of the laser's noise; 1 is that of a real URG-04LX.", NOT_NEGATIVE)
+    drift: float = option(0.05, "By how much odometry takes lengths and turns for too long.", between(-0.5, 0.5))
+    within: float = option(0.3, "Metres from a target, by the robot's own estimate, that count as reached.", POSITIVE)
+    patience: float = option(120.0, "Simulated seconds for each target.", POSITIVE)
+    missions: int | None = option(None, "Missions to drive; null drives 1, and with live=true until Ctrl-C.", EPISODES)
+    seed: int = option(0, "Of starts, targets, unmapped obstacles, noise and particles.", SEED)
+    record: RecordEvaluationConfig = field(default_factory=lambda: RecordEvaluationConfig(every=1))
+    live: bool = option(False, "Whether Foxglove can watch, and set targets by a click.")
+    port: int = option(8765, _PORT, PORT)
+    speed: float = option(1.0, "Simulated seconds per second when live; 0 is as fast as possible.", NOT_NEGATIVE)
+
+
+DrivingConfig: TypeAlias = EvaluateConfig | PlayConfig | MissionConfig
+
+
+def check(config: TrainConfig | DrivingConfig) -> None:
     """Check every value against its range, and values against one another.
 
     Raises:

@@ -22,6 +22,7 @@ from asddpg.errors import UserError
 from asddpg.messages import ERR, print_line
 from asddpg.observers.progress import count_episodes
 from asddpg.options.help_text import help_text
+from asddpg.planning.navigation_view import view_plan
 from asddpg.program import run
 from asddpg.recording.how_to_open import how_to_open
 from asddpg.runs.provenance import current_versions
@@ -40,8 +41,9 @@ def main(arguments: Sequence[str]) -> None:
     file = RunFolder(setup.out).evaluation
     cameras = make_cameras(config.record, navigation_env(setup.environment))
     notify = partial(tqdm.write, file=ERR)
-    recorder = setup.recorder(config.record, "evaluated_episodes", pairs_name, notify, cameras)
     driver, episodes = setup.drivers[setup.name], count_episodes(pairs)
+    read_plan = (lambda: view_plan(driver)) if setup.plans else None
+    recorder = setup.recorder(config.record, "evaluated_episodes", pairs_name, notify, cameras, read_plan)
     try:
         result = evaluate(setup.environment, driver, episodes, task.control_timestep, (recorder,))
     finally:

@@ -22,6 +22,7 @@ from asddpg.episodes.protocols import Observer
 from asddpg.episodes.steering import SteeredDriver
 from asddpg.messages import OUT, print_line
 from asddpg.options.help_text import help_text
+from asddpg.planning.navigation_view import view_plan
 from asddpg.program import run
 from asddpg.recording.how_to_open import how_to_open, how_to_watch
 from asddpg.recording.pictures.film import Film
@@ -40,9 +41,11 @@ def main(arguments: Sequence[str]) -> None:
     driver = SteeredDriver(environment.set_goal, setup.drivers, setup.name)
     with ExitStack() as closing:
         cameras = make_cameras(config.record, environment)
-        recorder = setup.recorder(config.record, "played_episodes", f"drawn, seed {seed}", print_line, cameras)
+        read_plan = (lambda: view_plan(driver.current)) if setup.plans else None
+        pairs = f"drawn, seed {seed}"
+        recorder = setup.recorder(config.record, "played_episodes", pairs, print_line, cameras, read_plan)
         closing.callback(recorder.close)
-        live = make_live(config, environment, cameras, driver) if config.live else None
+        live = make_live(config, environment, cameras, driver, read_plan) if config.live else None
         if live is not None:
             closing.callback(live.close)
         film = None

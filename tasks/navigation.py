@@ -15,7 +15,7 @@ from tasks import constants
 from tasks.errors import TaskError
 from tasks.generator_state import RandomSource, make_generator
 from tasks.laser import Laser, LaserConfig
-from tasks.options import NOT_NEGATIVE, POSITIVE, Range, between, build_options, check_options, option
+from tasks.options import NOT_NEGATIVE, POSITIVE, Range, build_options, check_options, option
 from tasks.physics import FloatArray, Physics, Pose, Readings
 from tasks.rewards import NO_REWARD, Outcome, Reward
 from tasks.room_geometry.start_goal import PairRule
@@ -37,6 +37,7 @@ def _is_control_timestep(seconds: float) -> bool:
 
 
 CONTROL_TIMESTEPS = Range(_is_control_timestep, "from 0.01 to 2 s and a multiple of the physics step, 5 ms")
+GOAL_RADII = Range(lambda radius: radius == 0.0 or 0.1 <= radius <= 2.0, "0, or from 0.1 to 2 m")
 SPEEDS = _up_to(constants.WHEEL_SPEED_LIMIT * constants.WHEEL_RADIUS, "m/s")
 TURN_RATES = _up_to(constants.TURN_RATE_LIMIT, "rad/s")
 
@@ -47,7 +48,7 @@ class NavigationConfig:
 
     control_timestep: float = option(constants.CONTROL_TIMESTEP, "Seconds between two commands.", CONTROL_TIMESTEPS)
     goal_radius: float = option(
-        constants.GOAL_RADIUS, "Metres from the goal that count as reached.", between(0.1, 2, " m")
+        constants.GOAL_RADIUS, "Metres from the goal that count as reached; 0 ends no episode there.", GOAL_RADII
     )
     time_limit_steps: int = option(constants.TIME_LIMIT_STEPS, "Control steps until an episode times out.", POSITIVE)
     min_linear_velocity: float = option(
@@ -128,8 +129,8 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         Raises:
             TaskError: one of them lies outside the room or in an obstacle, or the robot would touch one at the start.
         """
-        self._check_place("start", *start[:2])
-        self._check_place("goal", *goal)
+        self.check_place("start", *start[:2])
+        self.check_place("goal", *goal)
         if not physics.is_free(start):
             place = f"({start.x:g}, {start.y:g}, {start.yaw:g})"
             raise TaskError(f"a start must leave the robot free; at {place} it touches an obstacle")
@@ -145,11 +146,12 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         Raises:
             TaskError: the goal lies outside the room or in an obstacle.
         """
-        self._check_place("goal", *goal)
+        self.check_place("goal", *goal)
         physics.set_goal(*goal)
         self.readings = physics.readings()
 
-    def _check_place(self, kind: str, x: float, y: float) -> None:
+    def check_place(self, kind: str, x: float, y: float) -> None:
+        """TaskError where a place, m, lies out of the room or in an obstacle; `kind` is its name, such as goal."""
         room = self.rule.obstacles
         (left, bottom), (right, top) = room.low, room.high
         if not (left < x < right and bottom < y < top):

@@ -90,6 +90,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         self._contact_kinds: list[list[int]] = (kinds + kinds.T).tolist()
         self._geom_bodies: list[int] = model.geom_bodyid.tolist()
         self._crashed = False
+        self._crashed_into = -1  # geom
         self._pushed: set[int] = set()
         self._scratch: mujoco.MjData | None = None
         # Seconds from the instant of a step's scan to the step's end; a laser with latency sets it.
@@ -243,6 +244,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
             kind = kinds[first][second]
             if kind == _CRASH:
                 self._crashed = True
+                self._crashed_into = second if self._geom_bodies[first] in self._robot_bodies else first
             elif kind == _PUSH:
                 self._pushed |= {self._geom_bodies[first], self._geom_bodies[second]} - self._robot_bodies
 
@@ -351,6 +353,12 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
     def crashed(self) -> bool:
         """Whether the robot touched anything but the floor and class `movable` during the last step()."""
         return self._crashed
+
+    def touched(self) -> tuple[str, ...]:
+        """Names of what the robot touched during the last step(), the floor apart: a geom, and movable bodies."""
+        model = self.model.ptr
+        crashed = (model.geom(self._crashed_into).name or "an obstacle without a name",) if self._crashed else ()
+        return (*crashed, *(model.body(body).name for body in sorted(self._pushed)))
 
     def num_pushed(self) -> int:
         """How many movable things the robot touched during the last step()."""

@@ -1,34 +1,37 @@
 """Makes the drivers that agent= names: controller, random actions, planners, and a user's own."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import gymnasium
 import numpy as np
 
 from asddpg.build import action_bounds, controller_for, navigation_env
-from asddpg.config import EvaluateConfig, PlannerConfig, PlayConfig
-from asddpg.drivers.simulated_robot import with_room_map
+from asddpg.config import DrivingConfig, PlannerConfig
 from asddpg.episodes.drivers import controller_alone, random_actor
 from asddpg.episodes.protocols import Agent, Decision, Driver, Observation, Step
 from asddpg.episodes.random_streams import stream
 from asddpg.errors import UserError, import_factory
 from asddpg.planning.move_base import MoveBase
 from asddpg.planning.navigator import NavigatorOptions
+from asddpg.planning.robot import Robot
 from asddpg.planning.waypoints import WaypointDriver
 from tasks.gymnasium_api.navigation_env import NavigationEnv
+
+MakeRobot = Callable[[NavigationEnv], Robot]
 
 PLANNERS = ("move_base", "waypoints")
 PRESET_SPEED = ("controller", "random")  # drive with the least speed that a task's preset has for policies
 
 
-def make_baseline(config: EvaluateConfig | PlayConfig, environment: gymnasium.Env, seed: int) -> Agent:
+def make_baseline(config: DrivingConfig, environment: gymnasium.Env, seed: int, make_robot: MakeRobot) -> Agent:
     """The driver of agent=.
 
     Args:
         config: of the program.
         environment: which it drives.
         seed: of random actions.
+        make_robot: what a planner or a driver of one's own reads.
 
     Raises:
         UserError: there is no such driver, or it cannot be made.
@@ -37,28 +40,32 @@ def make_baseline(config: EvaluateConfig | PlayConfig, environment: gymnasium.En
     if config.agent == "random":
         return random_actor(*action_bounds(environment), stream(seed, "exploration"))
     if config.agent == "move_base":
-        return MoveBase(with_room_map(inner), _navigator_options(config.planner))
+        return MoveBase(make_robot(inner), _navigator_options(config.planner))
     if config.agent in ("controller", "waypoints"):
         controller = controller_alone(controller_for(environment, config.controller))
-        return controller if config.agent == "controller" else lead_by_waypoints(controller, inner, config.planner)
-    return _make_own(str(config.agent), inner)
+        return (
+            controller
+            if config.agent == "controller"
+            else lead_by_waypoints(controller, make_robot(inner), config.planner)
+        )
+    return _make_own(str(config.agent), inner, make_robot(inner))
 
 
-def lead_by_waypoints(driver: Agent, environment: NavigationEnv, planner: PlannerConfig) -> Agent:
+def lead_by_waypoints(driver: Agent, robot: Robot, planner: PlannerConfig) -> Agent:
     """A driver whose goals are the waypoints of a global plan."""
-    return WaypointDriver(with_room_map(environment), driver, planner.look_ahead, _navigator_options(planner))
+    return WaypointDriver(robot, driver, planner.look_ahead, _navigator_options(planner))
 
 
 def _navigator_options(planner: PlannerConfig) -> NavigatorOptions:
     return NavigatorOptions(uses_map=planner.map == "known")
 
 
-def _make_own(name: str, environment: NavigationEnv) -> Agent:
+def _make_own(name: str, environment: NavigationEnv, robot: Robot) -> Agent:
     factory = import_factory(name)
     if factory is None:
         raise UserError(f"there is no driver {name!r}: package.module:Factory must name a class or a function")
     try:
-        driver = factory(with_room_map(environment))
+        driver = factory(robot)
     except TypeError as error:
         raise UserError(f"the driver {name!r} cannot be made: {error}; it is made as Factory(robot)") from error
     if not callable(getattr(driver, "act", None)):

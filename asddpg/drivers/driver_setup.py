@@ -17,19 +17,38 @@ from asddpg.build import (
     navigation_env,
 )
 from asddpg.command_line import BASELINES, train_config
-from asddpg.config import ControllerConfig, EvaluateConfig, PlayConfig, RecordEvaluationConfig, TrainConfig
-from asddpg.drivers.baselines import PRESET_SPEED, lead_by_waypoints, make_baseline
+from asddpg.config import ControllerConfig, DrivingConfig, PlayConfig, RecordEvaluationConfig, TaskConfig, TrainConfig
+from asddpg.drivers.baselines import PRESET_SPEED, MakeRobot, lead_by_waypoints, make_baseline
+from asddpg.drivers.simulated_robot import with_room_map
 from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone, with_values
 from asddpg.episodes.protocols import Agent
 from asddpg.errors import UserError
 from asddpg.messages import print_line
+from asddpg.planning.navigation_view import PlanningDriver
 from asddpg.recording.pictures.cameras import Cameras
 from asddpg.recording.recorder import Recorder, Selection, every_nth
+from asddpg.recording.samples import ReadNavigation
 from asddpg.runs import weights_file
 from asddpg.runs.loading import open_trained
 from asddpg.runs.provenance import current_versions, environment_hash, recording_provenance
 from asddpg.runs.state_files import file_digest
 from tasks import ALL_TASKS
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What a program changes of the task, and of what the robot knows.
+
+    Attributes:
+        prepare_task: changes the task's options in place.
+        make_robot: what a planner or a driver of one's own reads.
+    """
+
+    prepare_task: Callable[[TaskConfig], None] = lambda _: None
+    make_robot: MakeRobot = with_room_map
+
+
+_EVALUATION = Setting()
 
 
 @dataclass(frozen=True)
@@ -52,8 +71,9 @@ class DriverSetup:
         pairs: str,
         log: Callable[[str], None],
         cameras: Cameras | None = None,
+        read_navigation: ReadNavigation | None = None,
     ) -> Recorder:
-        """A recorder of episodes along these pairs, with the pictures of cameras, into a folder of its own."""
+        """A recorder of episodes along these pairs, with pictures and plans, into a folder of its own."""
         folder = self.out / folder_name
         owns_folder = is_recorded(record)
         folder = claim_folder(folder) if owns_folder else folder
@@ -72,16 +92,23 @@ class DriverSetup:
             first_step=self.step,
             cameras=cameras,
             owns_folder=owns_folder,
+            read_navigation=read_navigation,
         )
 
+    @property
+    def plans(self) -> bool:
+        """Whether a driver has a global planner, whose map and path can be shown."""
+        return any(isinstance(driver, PlanningDriver) for driver in self.drivers.values())
 
-def set_up_driver(config: EvaluateConfig | PlayConfig, verb: str, seed: int) -> DriverSetup:
+
+def set_up_driver(config: DrivingConfig, verb: str, seed: int, setting: Setting = _EVALUATION) -> DriverSetup:
     """Open a run or a baseline, and make its driver.
 
     Args:
         config: of the program.
         verb: of the program, for its errors.
         seed: of the random driver.
+        setting: of the program.
 
     Raises:
         UserError: there is no such run or baseline, or options contradict one another.
@@ -90,11 +117,11 @@ def set_up_driver(config: EvaluateConfig | PlayConfig, verb: str, seed: int) -> 
     if config.task is not None and config.task not in ALL_TASKS:
         raise UserError(f"there is no task {config.task!r}; there are {', '.join(ALL_TASKS)}")
     if config.agent == "waypoints" and config.run is not None:
-        setup = _lead_run(config, config.run)
+        setup = _lead_run(config, config.run, setting)
     elif config.agent is not None:
-        setup = _open_baseline(config, seed)
+        setup = _open_baseline(config, seed, setting)
     elif config.run is not None:
-        setup = _open_run(config, config.run)
+        setup = _open_run(config, config.run, setting)
     else:
         what = f"run=<run_dir> or run=pretrained:<name>, or agent={'|'.join(BASELINES)} with task="
         raise UserError(f"{verb} what? {what}")
@@ -111,7 +138,7 @@ def is_recorded(record: RecordEvaluationConfig) -> bool:
     return bool(record.every or record.only or record.outcomes)
 
 
-def _open_run(config: EvaluateConfig | PlayConfig, run: str) -> DriverSetup:
+def _open_run(config: DrivingConfig, run: str, setting: Setting) -> DriverSetup:
     own = "a run brings its own controller; controller.* is for agent=controller"
     if config.controller.gains != ControllerConfig().gains:
         raise UserError(own)
@@ -122,6 +149,7 @@ def _open_run(config: EvaluateConfig | PlayConfig, run: str) -> DriverSetup:
     trained.device = config.device
     is_other_task = config.task not in (None, trained.task.name)
     trained.task.name = config.task or trained.task.name
+    setting.prepare_task(trained.task)
     environment = make_environment(trained.task, trained.reward)
     agent = make_agent(trained, environment, opened.weights)
     step, digest = _load(opened.weights, agent)
@@ -156,15 +184,15 @@ def _load(weights: Path, agent: AsDDPG) -> tuple[int, str]:
     return (step, digest) if file_digest(weights) == digest else _load(weights, agent)
 
 
-def _lead_run(config: EvaluateConfig | PlayConfig, run: str) -> DriverSetup:
+def _lead_run(config: DrivingConfig, run: str, setting: Setting) -> DriverSetup:
     """A run whose drivers get a planner's waypoints as their goals."""
-    setup = _open_run(config, run)
-    environment = navigation_env(setup.environment)
-    drivers = {name: lead_by_waypoints(driver, environment, config.planner) for name, driver in setup.drivers.items()}
+    setup = _open_run(config, run, setting)
+    robot = setting.make_robot(navigation_env(setup.environment))
+    drivers = {name: lead_by_waypoints(driver, robot, config.planner) for name, driver in setup.drivers.items()}
     return replace(setup, title=f"{setup.title}, led by waypoints", drivers=drivers)
 
 
-def _open_baseline(config: EvaluateConfig | PlayConfig, seed: int) -> DriverSetup:
+def _open_baseline(config: DrivingConfig, seed: int, setting: Setting) -> DriverSetup:
     assert config.agent is not None
     if config.agent not in BASELINES and ":" not in config.agent:
         raise UserError(
@@ -178,12 +206,13 @@ def _open_baseline(config: EvaluateConfig | PlayConfig, seed: int) -> DriverSetu
     defaults = train_config([f"task={config.task}"])
     if config.agent not in PRESET_SPEED:
         defaults.task.min_linear_velocity = 0.0  # a preset's least speed is for policies: who plans may stop and turn
+    setting.prepare_task(defaults.task)
     environment = make_environment(defaults.task, defaults.reward)
     return DriverSetup(
         title=f"{config.agent} on {config.task}",
         config=defaults,
         environment=environment,
-        drivers={config.agent: make_baseline(config, environment, seed)},
+        drivers={config.agent: make_baseline(config, environment, seed, setting.make_robot)},
         name=config.agent,
         out=Path(),
         checkpoint={"checkpoint": "none"},

@@ -1,13 +1,14 @@
 """A robot that knows its pose only by its wheels, its laser and a map."""
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from asddpg.drivers.simulated_robot import SimulatedRobot
 from asddpg.episodes.protocols import Observation
 from asddpg.planning.amcl import AMCL, AMCLOptions
+from asddpg.planning.likelihood_field import LaserOptions
 from asddpg.planning.occupancy_grid import OccupancyGrid
 from asddpg.planning.odometry import OdometryErrors, WheelOdometry
 from asddpg.planning.poses import wrap_angle
@@ -15,8 +16,11 @@ from asddpg.planning.robot import Reading
 from tasks.constants import TRACK, WHEEL_RADIUS
 from tasks.gymnasium_api.navigation_env import NavigationEnv
 
-# Twice as often as the node: between two updates the pose is that of the odometry, with its drift.
-FREQUENT = AMCLOptions(update_distance=0.1, update_angle=math.pi / 12)
+# Between two updates the pose is that of the odometry, with its drift: they come twice as often as the node's. And its
+# sum of cubes hardly tells apart poses 5 cm from one another: the estimate runs after the odometry.
+PRECISE = AMCLOptions(update_distance=0.1, update_angle=math.pi / 12, laser=LaserOptions(sigma_hit=0.1, beam_power=0.1))
+# From no idea where, in a room of like corners: a broad likelihood that keeps many places, and random particles.
+GLOBAL = replace(PRECISE, laser=LaserOptions(), alpha_slow=0.001, alpha_fast=0.1)
 START_SPREAD = (0.1, 0.1, 0.1)  # m, m, rad; of a start that is known about
 
 
@@ -32,7 +36,7 @@ class LocalizationOptions:
 
     errors: OdometryErrors = field(default_factory=OdometryErrors)
     ticks: int = 2000
-    amcl: AMCLOptions = FREQUENT
+    amcl: AMCLOptions = PRECISE
 
 
 class LocalizedRobot:
@@ -42,7 +46,10 @@ class LocalizedRobot:
         shape: body and laser.
         map: which it localises itself on, and plans by.
         amcl: the filter.
+        reading: the newest.
     """
+
+    reading: Reading
 
     def __init__(
         self,
@@ -57,7 +64,6 @@ class LocalizedRobot:
         self._odometry = WheelOdometry(WHEEL_RADIUS, TRACK, chosen.ticks, chosen.errors)
         self.amcl = AMCL(room_map, self.shape.max_range, rng, (*self.shape.laser, 0.0), chosen.amcl)
         self._time = -1.0
-        self._reading: Reading
 
     def begin(self, observation: Observation, pose: tuple[float, float, float] | None) -> Reading:
         """Begin at an environment's first observation, about at a pose (m, rad; map frame), or anywhere."""
@@ -70,7 +76,7 @@ class LocalizedRobot:
         return self.read(observation)
 
     def read(self, observation: Observation) -> Reading:
-        """The robot as it knows itself at the newest observation; the same again until the next."""
+        """The robot as it knows itself at the newest observation; until the next nothing changes but the goal."""
         if self._physics.time() != self._time:
             before, seconds = self._odometry.pose, self._physics.time() - self._time
             odometry = self._odometry.update(self._physics.wheel_angles())
@@ -79,8 +85,10 @@ class LocalizedRobot:
             is_first, self._time = self._time < 0.0, self._physics.time()
             velocity = (0.0, 0.0) if is_first else _velocity(before, odometry, seconds)
             x, y, yaw = self.amcl.pose()
-            self._reading = found._replace(pose=(float(x), float(y), float(yaw)), velocity=velocity)
-        return self._reading
+            self.reading = found._replace(pose=(float(x), float(y), float(yaw)), velocity=velocity)
+        elif self._inner.goal != self.reading.goal:
+            self.reading = self.reading._replace(goal=self._inner.goal)
+        return self.reading
 
 
 def _velocity(before: np.ndarray, after: np.ndarray, seconds: float) -> tuple[float, float]:

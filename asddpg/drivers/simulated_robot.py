@@ -27,6 +27,11 @@ class SimulatedRobot:
         self._task = environment.task
         self.shape, self.map = read_shape(environment), room_map
 
+    @property
+    def goal(self) -> tuple[float, float]:
+        """The environment's: x and y, metres, map frame."""
+        return self._task.readings.goal
+
     def read(self, observation: Observation) -> Reading:
         """The robot at the instant of the newest observation."""
         readings = self._task.readings

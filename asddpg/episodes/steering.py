@@ -16,6 +16,11 @@ class SteeredDriver:
         self.drivers, self.driver = tuple(drivers), driver
         self._moved: Observation | None = None  # the present observation, if the goal has been moved since
 
+    @property
+    def current(self) -> Agent:
+        """The driver that drives now."""
+        return self._drivers[self.driver]
+
     def set_goal(self, x: float, y: float) -> None:
         """Another goal for the episode in progress, metres, world frame; what the environment refuses it raises."""
         self._moved = self._move_goal(x, y)
@@ -29,7 +34,7 @@ class SteeredDriver:
     def decide(self, observation: Observation) -> Decision:
         """As the present driver does, towards the present goal."""
         moved, self._moved = self._moved, None
-        return self._drivers[self.driver].decide(observation if moved is None else moved)
+        return self.current.decide(observation if moved is None else moved)
 
     def learn(self, step: Step) -> Mapping[str, float]:
         """Nothing."""

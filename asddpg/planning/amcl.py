@@ -1,11 +1,11 @@
 """Adaptive Monte Carlo localisation on a known map, after the amcl node of ROS."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import numpy.typing as npt
 
-from asddpg.planning.likelihood_field import LikelihoodField, LikelihoodModel
+from asddpg.planning.likelihood_field import LaserOptions, LikelihoodModel
 from asddpg.planning.occupancy_grid import FloatArray, OccupancyGrid
 from asddpg.planning.odometry import MotionNoise, relative_motion, sample_motion
 from asddpg.planning.particle_bins import BinSize, ParticleBins, kld_number
@@ -26,15 +26,8 @@ class AMCLOptions:
         update_distance: the filter is updated once the robot has moved this far, metres.
         update_angle: or once it has turned this far, radians.
         resample_interval: updates from one resampling to the next.
-        alpha1: variance of a turn for each rad² turned.
-        alpha2: variance of a turn, rad², for each m² travelled.
-        alpha3: variance of a line for each m² travelled.
-        alpha4: variance of a line, m², for each rad² turned.
-        max_beams: beams of a scan that are used.
-        z_hit: share of beams that end at an obstacle of the map.
-        z_rand: share of beams that end anywhere.
-        sigma_hit: standard deviation of a beam's end from the obstacle, metres.
-        max_distance: longest distance to an obstacle that is told apart, metres.
+        noise: of the motion.
+        laser: of its model.
         alpha_slow: rate of the slow average of the scans' likelihood; 0 draws no random particles.
         alpha_fast: rate of the fast average; random particles are drawn while it is below the slow one.
     """
@@ -48,15 +41,8 @@ class AMCLOptions:
     update_distance: float = 0.2
     update_angle: float = float(np.pi / 6)
     resample_interval: int = 2
-    alpha1: float = 0.2
-    alpha2: float = 0.2
-    alpha3: float = 0.2
-    alpha4: float = 0.2
-    max_beams: int = 30
-    z_hit: float = 0.95
-    z_rand: float = 0.05
-    sigma_hit: float = 0.2
-    max_distance: float = 2.0
+    noise: MotionNoise = field(default_factory=MotionNoise)
+    laser: LaserOptions = field(default_factory=LaserOptions)
     alpha_slow: float = 0.0
     alpha_fast: float = 0.0
 
@@ -66,7 +52,7 @@ class AMCL:
 
     Unlike in the node, a belief in a single bin has the fewest particles, not the most; the averages that decide on
     random particles do not depend on the number of particles; bins touch where yaw wraps; and a scan is thinned to
-    `max_beams` even if it has fewer than twice as many.
+    `laser.max_beams` even if it has fewer than twice as many.
 
     Attributes:
         particles: (n, 3) x, y, yaw; metres and radians, map frame; of the time of the last filter update.
@@ -103,11 +89,7 @@ class AMCL:
         self._free = np.argwhere(~grid.occupied & ~grid.unknown)
         if not len(self._free):
             raise ValueError("the map needs a free cell")
-        field = LikelihoodField(grid, chosen.max_distance)
-        self._scan_model = LikelihoodModel(
-            field, range_max, chosen.z_hit, chosen.z_rand, chosen.sigma_hit, chosen.max_beams
-        )
-        self._noise = MotionNoise(chosen.alpha1, chosen.alpha2, chosen.alpha3, chosen.alpha4)
+        self._scan_model = LikelihoodModel(grid, range_max, chosen.laser)
         self._bin_size = BinSize(chosen.bin_length, chosen.bin_angle)
         needed = kld_number(np.arange(chosen.max_particles + 1), chosen.kld_error, chosen.kld_z)
         self._enough = np.clip(needed, chosen.min_particles, chosen.max_particles)  # by number of bins
@@ -149,7 +131,7 @@ class AMCL:
             if not self._has_moved(self._odometry, self._newest_odometry):
                 return False
             motion = relative_motion(self._odometry, self._newest_odometry)
-            self.particles = sample_motion(self.particles, motion, self._noise, self._rng)
+            self.particles = sample_motion(self.particles, motion, self.options.noise, self._rng)
         self._odometry = self._newest_odometry
         self._weigh(ranges, angles)
         self._updates += 1

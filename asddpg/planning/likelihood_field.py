@@ -1,5 +1,7 @@
 """The likelihood field: how probable a scan is at many poses at once (Probabilistic Robotics, section 6.4)."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import numpy.typing as npt
 
@@ -7,6 +9,7 @@ from asddpg.planning.costmap import distance_to_obstacles
 from asddpg.planning.occupancy_grid import FloatArray, IntArray, OccupancyGrid
 
 Float32Array = npt.NDArray[np.float32]
+_LEAST = -700.0  # of a logarithm whose exponential is not 0
 
 
 class LikelihoodField:
@@ -43,43 +46,57 @@ class LikelihoodField:
         return np.asarray(self.distances.ravel()[self.indices_of(found[..., 0], found[..., 1])])
 
 
+@dataclass(frozen=True)
+class LaserOptions:
+    """Constants of the laser's model; the defaults are those of amcl's node.
+
+    Attributes:
+        z_hit: share of beams that end at an obstacle of the map.
+        z_rand: share of beams that end anywhere.
+        sigma_hit: standard deviation of a beam's end from the obstacle, metres.
+        max_beams: of a scan that are used, evenly spaced.
+        max_distance: longest distance to an obstacle that is told apart, metres.
+        beam_power: 0 sums cubes of the beams' probabilities (likelihood_field of the node); else their product, each
+            to this power: 1 takes beams for independent (likelihood_field_prob), less for ones that err alike.
+    """
+
+    z_hit: float = 0.95
+    z_rand: float = 0.05
+    sigma_hit: float = 0.2
+    max_beams: int = 30
+    max_distance: float = 2.0
+    beam_power: float = 0.0
+
+
 class LikelihoodModel:
     """Weights of poses by a scan."""
 
-    def __init__(
-        self,
-        field: LikelihoodField,
-        range_max: float,
-        z_hit: float = 0.95,
-        z_rand: float = 0.05,
-        sigma_hit: float = 0.2,
-        max_beams: int = 30,
-    ) -> None:
-        """Tabulate the probability of a beam that ends in a cell.
+    def __init__(self, grid: OccupancyGrid, range_max: float, options: LaserOptions | None = None) -> None:
+        """Tabulate what a beam adds that ends in a cell.
 
         Args:
-            field: distances to obstacles.
+            grid: the map.
             range_max: of the laser, metres; a beam that long met nothing.
-            z_hit: share of beams that end at an obstacle of the map.
-            z_rand: share of beams that end anywhere.
-            sigma_hit: standard deviation of the distance to the obstacle, metres.
-            max_beams: of a scan that are used, evenly spaced.
+            options: constants.
         """
-        self._field = field
+        self._options = chosen = options or LaserOptions()
         self._range_max = range_max
-        self._z_hit, self._z_rand, self._sigma_hit = z_hit, z_rand, sigma_hit
-        self._max_beams = max_beams
-        self._cubes = (self.beam_probability(field.distances) ** 3).ravel().astype(np.float32)
+        self._field = LikelihoodField(grid, chosen.max_distance)
+        probability = self.beam_probability(self._field.distances).ravel()
+        terms = chosen.beam_power * np.log(probability) if chosen.beam_power else probability**3
+        self._terms = terms.astype(np.float32)
 
     def beam_probability(self, distance: npt.ArrayLike) -> FloatArray:
         """Probability density of beams that end at this distance from an obstacle, metres (...): (...)."""
-        ratio = np.asarray(distance, dtype=np.float64) / self._sigma_hit
-        return np.asarray(self._z_hit * np.exp(-0.5 * ratio**2) + self._z_rand / self._range_max)
+        ratio = np.asarray(distance, dtype=np.float64) / self._options.sigma_hit
+        hit = self._options.z_hit * np.exp(-0.5 * ratio**2)
+        return np.asarray(hit + self._options.z_rand / self._range_max)
 
     def weights(self, lasers: FloatArray, ranges: npt.ArrayLike, angles: npt.ArrayLike) -> FloatArray:
-        """Weights of poses by a scan: 1 and the cube of each beam's probability.
+        """Weights of poses by a scan.
 
-        Cubes, not a product: neighbouring beams err alike, and one wrong beam must not rule a pose out.
+        1 and the cube of each beam's probability, or the product of their powers: neighbouring beams err alike, and one
+        wrong beam must not rule a pose out.
 
         Args:
             lasers: poses of the laser, (n, 3), metres and radians, map frame.
@@ -94,10 +111,11 @@ class LikelihoodModel:
         x, y, yaw = lasers.T.astype(np.float32)[:, :, None]
         cos, sin = np.cos(yaw), np.sin(yaw)
         cells = self._field.indices_of(x + cos * ahead - sin * aside, y + sin * ahead + cos * aside)
-        return np.asarray(1.0 + self._cubes.take(cells).sum(axis=1, dtype=np.float64))
+        sums = self._terms.take(cells).sum(axis=1, dtype=np.float64)
+        return np.asarray(np.exp(np.maximum(sums, _LEAST)) if self._options.beam_power else 1.0 + sums)
 
     def _end_points(self, ranges: FloatArray, angles: FloatArray) -> tuple[Float32Array, Float32Array]:
-        chosen = evenly_spaced(len(ranges), self._max_beams)
+        chosen = evenly_spaced(len(ranges), self._options.max_beams)
         ranges, angles = ranges[chosen], angles[chosen]
         echo = (ranges > 0) & (ranges < self._range_max)  # false for NaN
         ranges, angles = ranges[echo], angles[echo]

@@ -37,6 +37,7 @@ class Navigator:
 
     Attributes:
         costmap: the present one.
+        map: what the plan began with; of a room that was not known, what has been seen of it.
         path: to the goal, (n, 2), metres, map frame; None where there is none.
     """
 
@@ -45,7 +46,8 @@ class Navigator:
         self._robot, self._options = robot, options
         shape = robot.shape
         self._inflation = Inflation(shape.inscribed_radius, options.inflation_radius, options.cost_scaling)
-        self._static = robot.map if options.uses_map and robot.map is not None else _unknown_map(first)
+        self._is_known = options.uses_map and robot.map is not None
+        self.map = self._static = robot.map if self._is_known and robot.map is not None else _unknown_map(first)
         self._seen = LogOddsMap(self._static)
         self.costmap = Costmap.from_grid(self._static, self._inflation)
         self._steps_between_plans = max(1, round(options.replan_every / shape.control_timestep))
@@ -60,6 +62,8 @@ class Navigator:
             if (before != self._seen.grid.occupied).any():
                 self._inflate()
         is_due = self._steps % self._steps_between_plans == 0 or reading.goal != self._planned_for
+        if is_due and not self._is_known:
+            self.map = self._seen.grid
         if is_due or self._is_blocked(reading):
             self.path = plan_path(self.costmap, reading.pose[:2], reading.goal)
             self._planned_for = reading.goal

@@ -53,11 +53,13 @@ class Robot(Protocol):
 
     Attributes:
         shape: body and laser.
-        map: what is known of the room beforehand; None for nothing.
     """
 
     shape: RobotShape
-    map: OccupancyGrid | None
+
+    @property
+    def map(self) -> OccupancyGrid | None:
+        """What is known of the room beforehand; None for nothing."""
 
     def read(self, observation: Observation) -> Reading:
         """The robot at the instant of the newest observation."""

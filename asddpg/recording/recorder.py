@@ -16,7 +16,7 @@ from asddpg.recording.messages.scan_pose_messages import PoseEncoder
 from asddpg.recording.messages.scene_messages import scene_message
 from asddpg.recording.messages.step_message import encode_json
 from asddpg.recording.pictures.cameras import Cameras
-from asddpg.recording.samples import Sample, Sampler
+from asddpg.recording.samples import ReadNavigation, Sample, Sampler
 from tasks.gymnasium_api.navigation_env import NavigationEnv
 
 BATCH_STEPS = 12  # written at once: a killed process loses no more
@@ -75,6 +75,7 @@ class Recorder:
         first_episode: int = 0,
         cameras: Cameras | None = None,
         owns_folder: bool = False,
+        read_navigation: ReadNavigation | None = None,
     ) -> None:
         """Record into a folder.
 
@@ -88,15 +89,16 @@ class Recorder:
             first_episode: episodes that were driven before.
             cameras: their pictures are recorded too.
             owns_folder: whether the folder was made for this recorder; without files it is deleted at the end.
+            read_navigation: map and plan of a driver that plans, which are recorded too.
         """
         self.folder, self._facts, self._selection, self._notify = folder, provenance.facts, selection, notify
         self._config = pack_config(provenance.config)
         is_video = cameras is not None and cameras.is_video
         model = environment.physics.model.ptr
-        self._channels = Channels(cameras.names if cameras else (), is_video)
+        self._channels = Channels(cameras.names if cameras else (), is_video, read_navigation is not None)
         poses = PoseEncoder(environment)
         self._publisher = Publisher(self._channels.log, poses, scene_message(model), is_video)
-        self._sampler = Sampler(environment, cameras)
+        self._sampler = Sampler(environment, cameras, read_navigation)
         self._kept = deque(sorted(folder.glob("*.mcap")))
         self._file: RecordingFile | None = None
         self._samples: list[Sample] = []  # not yet written

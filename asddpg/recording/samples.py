@@ -1,16 +1,19 @@
 """Samples: the state of an environment after each step, to be published later."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import NamedTuple
 
 from asddpg.episodes.protocols import Observation, Step
+from asddpg.planning.navigation_view import NavigationView
 from asddpg.recording.pictures.cameras import Cameras, Stills
 from tasks.gymnasium_api.navigation_env import NavigationEnv
 
 NANOSECONDS = 1_000_000_000
 _MICROSECOND = 1_000  # ns; smaller parts of a simulated time are rounding errors
 _NO_PICTURES: Mapping[str, bytes] = MappingProxyType({})
+
+ReadNavigation = Callable[[], NavigationView]
 
 
 class Sample(NamedTuple):
@@ -31,6 +34,7 @@ class Sample(NamedTuple):
     qpos: bytes
     qvel: bytes
     pictures: Mapping[str, bytes]  # by camera, encoded
+    navigation: NavigationView | None  # of a driver that plans
 
     @property
     def time(self) -> int:
@@ -46,11 +50,16 @@ def to_nanoseconds(seconds: float) -> int:
 class Sampler:
     """Takes samples of an environment and changes nothing in it."""
 
-    def __init__(self, environment: NavigationEnv, cameras: Cameras | Stills | None = None) -> None:
+    def __init__(
+        self,
+        environment: NavigationEnv,
+        cameras: Cameras | Stills | None = None,
+        read_navigation: ReadNavigation | None = None,
+    ) -> None:
         self._physics = environment.physics
         self._data = data = self._physics.data.ptr
         self._arrays = data.xpos, data.xquat, data.xmat, data.qpos, data.qvel  # views that MuJoCo keeps up to date
-        self._cameras = cameras
+        self._cameras, self._read_navigation = cameras, read_navigation
 
     def sample(self, number: int, step: Step | None, observation: Observation) -> Sample:
         """The present state, after a step of a number, or of number −1 and no step at an episode's beginning."""
@@ -67,4 +76,5 @@ class Sampler:
             qpos.tobytes(),
             qvel.tobytes(),
             self._cameras.take(is_first=step is None) if self._cameras else _NO_PICTURES,
+            self._read_navigation() if self._read_navigation else None,
         )

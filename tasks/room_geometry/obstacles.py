@@ -92,13 +92,18 @@ def _touchable(model: mujoco.MjModel) -> list[int]:
     return [int(geom) for geom in np.flatnonzero(touching.any(axis=1) & others & ~floor)]
 
 
+def obstacle_names(model: mujoco.MjModel) -> list[str]:
+    """Names of the room's obstacles, in order of the alphabet; legs of one piece of furniture have its name."""
+    names = [model.geom(geom).name for geom in _touchable(model)]
+    return sorted({re.sub(r"(_\d+)?_leg_\d+$", "", name) for name in names if name})
+
+
 def _leave_out(model: mujoco.MjModel, geoms: list[int], without: Sequence[str]) -> list[int]:
     names = {geom: model.geom(geom).name for geom in geoms}
     for name in without:
         chosen = {geom for geom, each in names.items() if each == name or each.startswith(f"{name}_")}
         if not chosen:
-            known = sorted({re.sub(r"(_\d+)?_leg_\d+$", "", each) for each in names.values() if each})
-            raise TaskError(f"the room has no obstacle {name!r}; it has {', '.join(known)}")
+            raise TaskError(f"the room has no obstacle {name!r}; it has {', '.join(obstacle_names(model))}")
         names = {geom: each for geom, each in names.items() if geom not in chosen}
     return list(names)
 

@@ -1,12 +1,12 @@
 """A drive from goal to goal, and how far AMCL's estimate is from the true pose meanwhile."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
 from asddpg.build import make_environment, navigation_env
 from asddpg.command_line import train_config
-from asddpg.drivers.localized_robot import FREQUENT, LocalizationOptions, LocalizedRobot
+from asddpg.drivers.localized_robot import GLOBAL, PRECISE, LocalizationOptions, LocalizedRobot
 from asddpg.drivers.room_map import draw_room_map
 from asddpg.drivers.simulated_robot import with_room_map
 from asddpg.episodes.protocols import Observation
@@ -96,8 +96,7 @@ def _make_environment(options: DriveOptions) -> NavigationEnv:
 def _make_localized(environment: NavigationEnv, options: DriveOptions, seed: int) -> LocalizedRobot:
     known = Obstacles.from_model(environment.physics.model.ptr, options.unmapped)
     factor = 1.0 + options.drift
-    # A global start in a room of like corners needs AMCL's recovery; with a known start it would only add noise.
-    amcl = FREQUENT if options.is_start_known else replace(FREQUENT, alpha_slow=0.001, alpha_fast=0.1)
+    amcl = PRECISE if options.is_start_known else GLOBAL
     localization = LocalizationOptions(OdometryErrors(factor, factor), amcl=amcl)
     return LocalizedRobot(environment, draw_room_map(known), np.random.default_rng(seed), localization)
 

@@ -20,7 +20,7 @@ from asddpg.recording.messages.publisher import Publisher
 from asddpg.recording.messages.scan_pose_messages import PoseEncoder
 from asddpg.recording.messages.scene_messages import Point, scene_message
 from asddpg.recording.pictures.cameras import Stills
-from asddpg.recording.samples import NANOSECONDS, Sample, Sampler
+from asddpg.recording.samples import NANOSECONDS, ReadNavigation, Sample, Sampler
 from tasks.errors import TaskError
 from tasks.gymnasium_api.navigation_env import NavigationEnv
 from tasks.scene.shapes import WORLD
@@ -45,6 +45,7 @@ class LiveView:
         speed: float,
         steering: Steering | None = None,
         cameras: Stills | None = None,
+        read_navigation: ReadNavigation | None = None,
     ) -> None:
         """Start the server.
 
@@ -54,13 +55,14 @@ class LiveView:
             speed: simulated seconds a second while there are viewers, 0 as fast as possible.
             steering: what viewers may change.
             cameras: their pictures are shown too, while there are viewers.
+            read_navigation: map and plan of a driver that plans, which are shown too.
 
         Raises:
             UserError: the port is not available.
         """
         self._physics, self._steering = environment.physics, steering
-        self._channels = Channels(cameras.names if cameras else ())
-        self._sampler = Sampler(environment, cameras)
+        self._channels = Channels(cameras.names if cameras else (), is_planned=read_navigation is not None)
+        self._sampler = Sampler(environment, cameras, read_navigation)
         model = self._physics.model.ptr
         poses = PoseEncoder(environment)
         self._publisher = Publisher(self._channels.log, poses, scene_message(model))

@@ -9,10 +9,12 @@ from foxglove.messages import (
     CompressedImage,
     CompressedVideo,
     FrameTransforms,
+    Grid,
     LaserScan,
     Log,
     Odometry,
     PoseInFrame,
+    PosesInFrame,
     SceneUpdate,
 )
 from google.protobuf.descriptor_pb2 import FileDescriptorProto, FileDescriptorSet
@@ -27,6 +29,13 @@ _PROTOBUF: Mapping[str, Any] = {
     topics.GOAL: PoseInFrame,
     topics.ODOM: Odometry,
     topics.LOG: Log,
+}
+
+_NAVIGATION: Mapping[str, Any] = {
+    topics.MAP: Grid,
+    topics.PLAN: PosesInFrame,
+    topics.PARTICLES: PosesInFrame,
+    topics.AMCL_POSE: PoseInFrame,
 }
 
 
@@ -57,15 +66,17 @@ class Channels:
         log: by topic, takes its messages; for as long as this object lives.
     """
 
-    def __init__(self, cameras: Sequence[str] = (), is_video: bool = False) -> None:
+    def __init__(self, cameras: Sequence[str] = (), is_video: bool = False, is_planned: bool = False) -> None:
         """Make the channels.
 
         Args:
             cameras: names of the cameras that are shown.
             is_video: whether their pictures are H.264, else JPEG.
+            is_planned: whether a driver plans: map, path, particles and estimated pose have topics too.
         """
         picture = CompressedVideo if is_video else CompressedImage
-        messages = {**_PROTOBUF, **{f"{topics.CAMERA}{name}": picture for name in cameras}}
+        messages = dict(_PROTOBUF) | {f"{topics.CAMERA}{name}": picture for name in cameras}
+        messages |= _NAVIGATION if is_planned else {}
         self.schemas = {topic: compact(message.get_schema()) for topic, message in messages.items()}
         self.schemas |= _JSON
         self.context = foxglove.Context()

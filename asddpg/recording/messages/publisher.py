@@ -7,6 +7,7 @@ from foxglove.messages import Log, LogLevel
 from asddpg.episodes.protocols import Episode, Step
 from asddpg.recording.messages.channels import LogMessage
 from asddpg.recording.messages.goal_camera_messages import goal_pose, make_timestamp, picture_message
+from asddpg.recording.messages.navigation_messages import NavigationPublisher
 from asddpg.recording.messages.path_message import PathMessage
 from asddpg.recording.messages.scan_pose_messages import PoseEncoder, PoseMessages
 from asddpg.recording.messages.scene_messages import Point
@@ -32,6 +33,7 @@ class Publisher:
         """
         self._log, self._poses, self._scene, self._is_video = log, poses, scene, is_video
         self._path = PathMessage((0.0, 0.0))
+        self._navigation = NavigationPublisher(log)
         self._goal = (0.0, 0.0)
         self._time = 0
         self.offset = 0  # ns, added to the times of an episode
@@ -58,6 +60,7 @@ class Publisher:
         (messages,) = self._poses.encode([sample], self.offset)
         self._publish_poses(messages)
         self._publish_setting(sample)
+        self._publish_navigation(sample)
         self._path = PathMessage(start)
         for driver, place in driven:
             self._path.extend(driver, place)
@@ -76,6 +79,7 @@ class Publisher:
 
     def _publish_beginning(self, sample: Sample, place: Point) -> None:
         self._publish_setting(sample)
+        self._publish_navigation(sample)
         self._path = PathMessage(place)
         self._publish_path()
         (x, y), (goal_x, goal_y) = place, self._goal
@@ -83,6 +87,7 @@ class Publisher:
 
     def _publish_setting(self, sample: Sample) -> None:
         """The room, the goal, the pictures, and that the episode is running."""
+        self._navigation.begin()
         self._log[SCENE](self._scene, self._time)
         self._log[OUTCOME](encode_outcome(None), self._time)
         self._publish_goal(self._poses.read_goal(sample))
@@ -106,6 +111,7 @@ class Publisher:
     def _publish_step(self, sample: Sample, step: Step, place: Point) -> None:
         """Publish the rest; /step comes last, so that a recording that breaks off has whole steps up to it."""
         self._publish_pictures(sample)
+        self._publish_navigation(sample)
         self._path.extend(step.decision.driver.value, place)
         steps = sample.number + 1
         if steps % max(STEPS_BETWEEN_PATHS, steps // LONG_PATH) == 0:
@@ -114,6 +120,10 @@ class Publisher:
 
     def _publish_path(self) -> None:
         self._log[PATH](self._path.encode(), self._time)
+
+    def _publish_navigation(self, sample: Sample) -> None:
+        if sample.navigation is not None:
+            self._navigation.publish(sample.navigation, self._time)
 
     def _publish_pictures(self, sample: Sample) -> None:
         for camera, picture in sample.pictures.items():

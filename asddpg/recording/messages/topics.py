@@ -9,6 +9,7 @@ from typing import Any
 TF, SCAN, SCENE, PATH = "/tf", "/scan", "/scene", "/path"
 GOAL, ODOM, CMD_VEL = "/goal", "/odom", "/cmd_vel"
 STEP, OUTCOME, LOG = "/step", "/outcome", "/log"
+MAP, PLAN, PARTICLES, AMCL_POSE = "/map", "/plan", "/particles", "/amcl_pose"  # of drivers that plan
 CAMERA = "/camera/"  # and the camera's name
 
 Schema = dict[str, Any]

@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from asddpg.planning.amcl import AMCL, AMCLOptions
-from asddpg.planning.likelihood_field import LikelihoodField, LikelihoodModel
+from asddpg.planning.likelihood_field import LikelihoodModel
 from asddpg.planning.occupancy_grid import FREE, OCCUPIED, UNKNOWN, FloatArray, OccupancyGrid
-from asddpg.planning.odometry import OdometryErrors, WheelOdometry
+from asddpg.planning.odometry import MotionNoise, OdometryErrors, WheelOdometry
 from asddpg.planning.poses import compose, wrap_angle
 
 ANGLES = np.radians(np.linspace(-120.0, 120.0, 40))
@@ -22,7 +22,7 @@ START = np.array((1.8, 0.7, 0.1))
 SPREAD = (0.1, 0.1, 0.05)
 SPEED, CIRCLE = 0.3, 0.8  # m/s, m: the radius of the path, around (1.7, 1.5)
 RECOVERY = AMCLOptions(alpha_slow=0.001, alpha_fast=0.1)
-STILL = AMCLOptions(alpha1=0.0, alpha2=0.0, alpha3=0.0, alpha4=0.0)  # no noise of motion
+STILL = AMCLOptions(noise=MotionNoise(0.0, 0.0, 0.0, 0.0))  # no noise of motion
 
 
 def rectangle(left: float, bottom: float, right: float, top: float) -> FloatArray:
@@ -146,7 +146,7 @@ def test_a_robot_that_was_carried_away_is_found_again() -> None:
 def test_share_of_random_particles_by_hand() -> None:
     amcl = localisation(0, replace(STILL, min_particles=5000, alpha_slow=0.01, alpha_fast=0.2))
     amcl.start_at(START, (0.0, 0.0, 0.0))
-    good = LikelihoodModel(LikelihoodField(GRID), RANGE_MAX).weights(compose([START], LASER), scan_from(START), ANGLES)
+    good = LikelihoodModel(GRID, RANGE_MAX).weights(compose([START], LASER), scan_from(START), ANGLES)
     amcl.update((0.0, 0.0, 0.0), scan_from(START), ANGLES)
     amcl.update((0.25, 0.0, 0.0), [], [])  # a scan without echoes has the likelihood 1
     slow, fast = good + 0.01 * (1 - good), good + 0.2 * (1 - good)
