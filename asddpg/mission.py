@@ -57,7 +57,8 @@ def main(arguments: Sequence[str]) -> None:
         if live is not None:
             closing.callback(live.close)
             print_line(f"{how_to_watch(live.port)}\nwaiting for a viewer; Ctrl-C ends")
-        print_line(f"{setup.title}, seed={config.seed}; not on the map: {', '.join(setting.unmapped) or 'nothing'}")
+        lacking = ", ".join(setting.unmapped) or "nothing"
+        print_line(f"{setup.title}, {setup.config.task.name}, seed={config.seed}; not on the map: {lacking}")
         observers: list[Observer] = [observer for observer in (recorder, live) if observer is not None]
         rows: list[MissionRow] = []
         closing.callback(lambda: _conclude(rows, setup, recorder))

@@ -4,6 +4,8 @@ import math
 from collections import deque
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from asddpg.drivers.localized_robot import LocalizedRobot
 from asddpg.episodes.protocols import Observation
 from asddpg.planning.waypoints import with_goal
@@ -14,10 +16,17 @@ Point = tuple[float, float]
 
 
 class Mission(NamedTuple):
-    """Where a mission begins, x, y (m) and yaw (rad), and its targets in turn, x and y (m); map frame."""
+    """Where a mission begins and leads.
+
+    Attributes:
+        start: x, y (m) and yaw (rad), map frame.
+        targets: in turn, x and y, metres, map frame.
+        seed: of the laser's noise and of the particles, so that a mission does not depend on those before it.
+    """
 
     start: tuple[float, float, float]
     targets: tuple[Point, ...]
+    seed: int
 
 
 class MissionEnvironment:
@@ -48,7 +57,9 @@ class MissionEnvironment:
         mission: Mission = options["mission"]
         first, *others = mission.targets
         self._waiting, self._reached, self._steps_left = deque(others), 0, self._steps_a_target
-        observation, info = self._environment.reset(seed=seed, options={"start": mission.start, "goal": first})
+        options = {"start": mission.start, "goal": first}
+        observation, info = self._environment.reset(seed=mission.seed, options=options)
+        self._robot.amcl.rng = np.random.default_rng(mission.seed)
         self._robot.begin(observation, info["pose"])
         return self._to_estimate(observation), self._extend(info, Outcome.RUNNING)
 

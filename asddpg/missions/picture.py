@@ -28,9 +28,9 @@ class MissionPicture:
         """Draw a room's obstacles, those not `known` in yellow."""
         low, high = np.array(room.low) - _MARGIN, np.array(room.high) + _MARGIN
         self._scale = _WIDTH * _SMOOTH / (high[0] - low[0])  # px a metre
-        self._left, self._top = low[0], high[1]
-        self._legend = 0.6 * self._scale * (high[0] - low[0]) / 10
-        height = round((high[1] - low[1]) * self._scale + self._legend)
+        self._strip = _WIDTH * _SMOOTH * 0.045  # px, of the title above and of the legend below
+        self._left, self._top = low[0], high[1] + self._strip / self._scale
+        height = round((high[1] - low[1]) * self._scale + 2.0 * self._strip)
         self._image = Image.new("RGB", (_WIDTH * _SMOOTH, height), "white")
         self._draw = ImageDraw.Draw(self._image)
         on_map = set(known.outlines)
@@ -84,10 +84,10 @@ class MissionPicture:
         self._draw.text((x, y), text, fill=colour, anchor="mm", font=ImageFont.load_default(size * self._scale))
 
     def _write_legend(self, title: str) -> None:
-        height, size = self._image.height, self._legend * 0.42
+        size = self._strip * 0.45
         font = ImageFont.load_default(size)
-        x, y = size, height - self._legend / 2
-        self._draw.text((self._image.width - size, y), title, fill=_ESTIMATE, anchor="rm", font=font)
+        x, y = size, self._image.height - self._strip / 2
+        self._draw.text((x, self._strip / 2), title, fill=_ESTIMATE, anchor="lm", font=font)
         for name, colour in _LEGEND:
             self._draw.rectangle((x, y - size / 3, x + size, y + size / 3), fill=colour)
             self._draw.text((x + 1.3 * size, y), name, fill=_ESTIMATE, anchor="lm", font=font)

@@ -66,7 +66,8 @@ def draw_mission(config: MissionConfig, environment: NavigationEnv, number: int)
     rng = np.random.default_rng([config.seed, _MISSIONS, number])
     start, _ = environment.task.rule.draw(rng, np.zeros((0, 2)))
     x, y, yaw = config.start or start
-    return Mission((x, y, yaw), _targets(config.targets, environment, rng, (x, y)))
+    targets = _targets(config.targets, environment, rng, (x, y))
+    return Mission((x, y, yaw), targets, int(rng.integers(2**31)))
 
 
 def _targets(

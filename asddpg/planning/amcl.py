@@ -57,6 +57,7 @@ class AMCL:
     Attributes:
         particles: (n, 3) x, y, yaw; metres and radians, map frame; of the time of the last filter update.
         weights: (n,), their sum is 1.
+        rng: source of randomness.
     """
 
     particles: FloatArray
@@ -85,7 +86,7 @@ class AMCL:
             ValueError: the map has no free cell.
         """
         self.options = chosen = options or AMCLOptions()
-        self._grid, self._rng, self._laser_pose = grid, rng, laser_pose
+        self._grid, self.rng, self._laser_pose = grid, rng, laser_pose
         self._free = np.argwhere(~grid.occupied & ~grid.unknown)
         if not len(self._free):
             raise ValueError("the map needs a free cell")
@@ -105,7 +106,7 @@ class AMCL:
         given = np.asarray(spread, dtype=np.float64)
         covariance = np.diag(given**2) if given.ndim == 1 else given
         mean = np.asarray(pose, dtype=np.float64)
-        drawn = self._rng.multivariate_normal(mean, covariance, self.options.max_particles, method="eigh")
+        drawn = self.rng.multivariate_normal(mean, covariance, self.options.max_particles, method="eigh")
         drawn[:, 2] = wrap_angle(drawn[:, 2])
         self._begin(drawn)
 
@@ -131,7 +132,7 @@ class AMCL:
             if not self._has_moved(self._odometry, self._newest_odometry):
                 return False
             motion = relative_motion(self._odometry, self._newest_odometry)
-            self.particles = sample_motion(self.particles, motion, self.options.noise, self._rng)
+            self.particles = sample_motion(self.particles, motion, self.options.noise, self.rng)
         self._odometry = self._newest_odometry
         self._weigh(ranges, angles)
         self._updates += 1
@@ -163,9 +164,9 @@ class AMCL:
         self._mean = None
 
     def _random_poses(self, count: int) -> FloatArray:
-        cells = self._free[self._rng.integers(len(self._free), size=count)]
-        within = self._rng.uniform(-0.5, 0.5, (count, 2)) * self._grid.resolution
-        yaw = self._rng.uniform(-np.pi, np.pi, (count, 1))
+        cells = self._free[self.rng.integers(len(self._free), size=count)]
+        within = self.rng.uniform(-0.5, 0.5, (count, 2)) * self._grid.resolution
+        yaw = self.rng.uniform(-np.pi, np.pi, (count, 1))
         return np.hstack((self._grid.to_points(cells) + within, yaw))
 
     def _has_moved(self, before: FloatArray, after: FloatArray) -> bool:
@@ -197,11 +198,11 @@ class AMCL:
 
     def _draw(self, count: int) -> FloatArray:
         cumulative = np.cumsum(self.weights)
-        chosen = np.searchsorted(cumulative, self._rng.uniform(0.0, cumulative[-1], count), side="right")
+        chosen = np.searchsorted(cumulative, self.rng.uniform(0.0, cumulative[-1], count), side="right")
         drawn = self.particles[np.minimum(chosen, len(self.particles) - 1)]
         share = max(0.0, 1.0 - self._fast_average / self._slow_average)
         if share > 0.0:
-            is_random = self._rng.random(count) < share
+            is_random = self.rng.random(count) < share
             drawn[is_random] = self._random_poses(int(is_random.sum()))
             # As the node does, lest ever more particles become random.
             self._slow_average = self._fast_average = 0.0

@@ -24,7 +24,7 @@ from asddpg.recording.messages.topics import AMCL_POSE, MAP, PARTICLES, PLAN
 from tasks.scene.shapes import WORLD
 
 MAP_HEIGHT, PLAN_HEIGHT, POSE_HEIGHT = 0.01, 0.03, 0.05  # m above the floor
-MOST_PARTICLES = 500  # in a message: enough to see their spread
+MOST_PARTICLES, PLAN_SPACING = 150, 2  # particles in a message, and the plan's points from one to the next in it
 _OCCUPIED, _UNKNOWN, _FREE = (38, 70, 120, 210), (128, 128, 128, 90), (255, 255, 255, 0)  # red, green, blue, alpha
 _INT8, _UINT8 = PackedElementFieldNumericType.Int8, PackedElementFieldNumericType.Uint8
 _FIELDS = [
@@ -85,6 +85,7 @@ def _plan(path: FloatArray | None, time: int) -> PosesInFrame:
     """The path's points, each looking to the next; no points where there is no path."""
     if path is None or len(path) < 2:
         return PosesInFrame(timestamp=make_timestamp(time), frame_id=WORLD, poses=[])
+    path = np.concatenate([path[:-1:PLAN_SPACING], path[-1:]])
     steps = np.diff(path, axis=0)
     yaws = np.arctan2(steps[:, 1], steps[:, 0])
     rows = round_to_grid(np.column_stack([path, np.append(yaws, yaws[-1])])).tolist()
