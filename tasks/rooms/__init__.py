@@ -1,0 +1,1 @@
+"""Rooms made at run time: from files of other programs, or drawn by generators."""
