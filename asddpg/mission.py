@@ -7,7 +7,7 @@ room. Each mission leaves a picture and a recording, all of them missions.csv.
 
 import itertools
 from collections.abc import Iterable, Sequence
-from contextlib import ExitStack
+from contextlib import ExitStack, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -45,18 +45,18 @@ def main(arguments: Sequence[str]) -> None:
     robot = setting.make_robot(environment)
     missions = MissionEnvironment(environment, robot, config.within, config.patience)
     driver = SteeredDriver(missions.set_goal, setup.drivers, setup.name)
-    draw_mission(config, environment, 1)  # wrong places are found before anything is written
+    view = partial(_view, driver, robot)
     with ExitStack() as closing:
+        # Wrong places, cameras and a taken port are found before anything is written.
+        missions.reset(options={"mission": draw_mission(config, environment, 1)})
         cameras = make_cameras(config.record, environment)
-        setup = replace(setup, out=claim_folder(setup.out / "missions"))
-        title = f"missions, seed {config.seed}"
-        view = partial(_view, driver, robot)
-        recorder = setup.recorder(config.record, "episodes", title, print_line, cameras, view)
-        closing.callback(recorder.close)
         live = make_live(config, environment, cameras, driver, view) if config.live else None
         if live is not None:
             closing.callback(live.close)
             print_line(f"{how_to_watch(live.port)}\nwaiting for a viewer; Ctrl-C ends")
+        setup = replace(setup, out=claim_folder(setup.out / "missions"))
+        title = f"missions, seed {config.seed}"
+        recorder = setup.recorder(config.record, "episodes", title, print_line, cameras, view)
         lacking = ", ".join(setting.unmapped) or "nothing"
         print_line(f"{setup.title}, {setup.config.task.name}, seed={config.seed}; not on the map: {lacking}")
         observers: list[Observer] = [observer for observer in (recorder, live) if observer is not None]
@@ -103,12 +103,13 @@ def _report(
 def _conclude(rows: Sequence[MissionRow], setup: DriverSetup, recorder: Recorder) -> None:
     """Write missions.csv, print the result, also after Ctrl-C."""
     recorder.close()
-    if not rows:
-        return
-    write_rows(rows, setup.out / "missions.csv")
-    print_line(f"{summarize(rows)}\npictures and missions.csv in {setup.out}")
+    if rows:
+        write_rows(rows, setup.out / "missions.csv")
+        print_line(f"{summarize(rows)}\npictures and missions.csv in {setup.out}")
     if recorder.files:
         print_line(how_to_open(recorder.files, recorder.folder))
+    with suppress(OSError):  # nothing was driven: an empty folder goes
+        setup.out.rmdir()
 
 
 if __name__ == "__main__":

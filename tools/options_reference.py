@@ -14,6 +14,7 @@ PROGRAMS = {
     "asddpg.train": "TrainConfig",
     "asddpg.evaluate": "EvaluateConfig",
     "asddpg.play": "PlayConfig",
+    "asddpg.mission": "MissionConfig",
     "asddpg.reproduce": "ReproduceArguments",
     "tools.episodes": "EpisodesArguments",
     "tools.replay_episode": "ReplayArguments",

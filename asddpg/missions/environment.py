@@ -9,6 +9,7 @@ import numpy as np
 from asddpg.drivers.localized_robot import LocalizedRobot
 from asddpg.episodes.protocols import Observation
 from asddpg.planning.waypoints import with_goal
+from tasks.errors import TaskError
 from tasks.gymnasium_api.navigation_env import NavigationEnv
 from tasks.rewards import Outcome
 
@@ -48,6 +49,7 @@ class MissionEnvironment:
         self._environment, self._robot, self._within = environment, robot, within
         self._steps_a_target = max(1, round(patience / environment.task.config.control_timestep))
         self._waiting: deque[Point] = deque()
+        self._outcome = Outcome.TIMEOUT  # until the first mission
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -81,7 +83,13 @@ class MissionEnvironment:
         return self._to_estimate(observation), reward, terminated, truncated, self._extend(info, outcome)
 
     def set_goal(self, x: float, y: float) -> Observation:
-        """Another place for the present target, metres, map frame; TaskError where it is not free."""
+        """Another place for the present target, metres, map frame.
+
+        Raises:
+            TaskError: it is not free, or the mission is over.
+        """
+        if self._outcome is not Outcome.RUNNING:
+            raise TaskError("no mission is in progress whose target could be moved")
         observation = self._environment.set_goal(x, y)
         self._steps_left = self._steps_a_target
         return self._to_estimate(observation)
@@ -92,6 +100,7 @@ class MissionEnvironment:
         return with_goal(observation, reading, reading.goal)
 
     def _extend(self, info: dict[str, Any], outcome: Outcome) -> dict[str, Any]:
+        self._outcome = outcome
         return info | {
             "outcome": str(outcome),
             "is_success": outcome is Outcome.REACHED,

@@ -1,9 +1,8 @@
 """What happened on a mission: places, estimates, touches, and why it failed."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, SupportsFloat
+from typing import Any, NamedTuple, SupportsFloat
 
 import numpy as np
 
@@ -16,16 +15,31 @@ BELIEVED_BEYOND = 0.2  # m beyond `within`: a target that the robot is farther f
 LOST_BEYOND = 0.5  # m from the estimate to the true pose
 
 
+class Touch(NamedTuple):
+    """The first touch of a thing.
+
+    Attributes:
+        name: of the thing.
+        target: number of the target driven to, from 1.
+        step: index among the poses.
+    """
+
+    name: str
+    target: int
+    step: int
+
+
 @dataclass
 class MissionLog(Observer):
     """Observes a mission.
 
     Attributes:
         mission: where it goes.
+        targets: x and y, metres, map frame; a viewer may have moved one on the way to it.
         poses: true ones, x, y (m) and yaw (rad), at the beginning and after each step.
         estimates: the robot's own, likewise.
         arrivals: true distances (m) to the targets when the robot believed that it had reached them.
-        touched: names of what it touched, each once.
+        touches: what it touched, each thing once.
         outcome: reached, crashed, timeout or cut.
     """
 
@@ -33,9 +47,12 @@ class MissionLog(Observer):
     poses: list[tuple[float, float, float]] = field(default_factory=list)
     estimates: list[tuple[float, float, float]] = field(default_factory=list)
     arrivals: list[float] = field(default_factory=list)
-    touched: dict[str, None] = field(default_factory=dict)
+    touches: list[Touch] = field(default_factory=list)
     outcome: str = "cut"
-    last_distance: float = math.nan  # m, from the true place to the last target driven to
+
+    def __post_init__(self) -> None:
+        """Nothing has moved yet."""
+        self.targets = list(self.mission.targets)
 
     def begin_episode(self, observation: Observation, info: Mapping[str, Any]) -> None:
         """Note the start."""
@@ -45,9 +62,12 @@ class MissionLog(Observer):
         """Note a step."""
         info = step.info
         self._take(info)
-        self.touched |= dict.fromkeys(info["touched"])
-        if info["target"] > len(self.arrivals):
-            self.arrivals.append(self._distance_to_target(info))
+        number = len(self.arrivals) + 1
+        self.targets[number - 1] = info["goal"]
+        known = {touch.name for touch in self.touches}
+        self.touches += [Touch(name, number, len(self.poses) - 1) for name in info["touched"] if name not in known]
+        if info["target"] >= number:
+            self.arrivals.append(info["distance"])
 
     def end_episode(self, episode: Episode) -> None:
         """Note how it ended."""
@@ -56,9 +76,6 @@ class MissionLog(Observer):
     def _take(self, info: Mapping[str, Any]) -> None:
         self.poses.append(tuple(info["pose"]))
         self.estimates.append(tuple(info["estimate"]))
-
-    def _distance_to_target(self, info: Mapping[str, Any]) -> float:
-        return math.dist(info["pose"][:2], self.mission.targets[len(self.arrivals)])
 
     @property
     def errors(self) -> FloatArray:
@@ -82,16 +99,15 @@ class MissionLog(Observer):
             within: metres from a target that count as reached.
             unmapped: obstacles that the map lacks.
         """
-        number = len(self.arrivals) + 1
-        if self.touched:
-            return self._describe_touch(unmapped, number)
+        if self.touches:
+            return self._describe_touch(self.touches[0], unmapped)
         if self.outcome != "reached":
-            return f"target {number} not reached in time"
+            return f"target {len(self.arrivals) + 1} not reached in time"
         missed = [index for index, off in enumerate(self.arrivals, 1) if off > within + BELIEVED_BEYOND]
         return f"target {missed[0]} missed by {self.arrivals[missed[0] - 1]:.2f} m" if missed else ""
 
-    def _describe_touch(self, unmapped: tuple[str, ...], number: int) -> str:
-        name = next(iter(self.touched))
+    def _describe_touch(self, touch: Touch, unmapped: tuple[str, ...]) -> str:
+        name, error = touch.name, self.errors[touch.step]
         lacks = ", not on the map" if any(name == each or name.startswith(f"{each}_") for each in unmapped) else ""
-        lost = f", {self.errors[-1]:.2f} m from where it believed to be" if self.errors[-1] > LOST_BEYOND else ""
-        return f"touched {name}{lacks}{lost}, on the way to target {number}"
+        lost = f", {error:.2f} m from where it believed to be" if error > LOST_BEYOND else ""
+        return f"touched {name}{lacks}{lost}, on the way to target {touch.target}"

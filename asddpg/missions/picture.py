@@ -42,15 +42,15 @@ class MissionPicture:
 
     def draw_mission(self, log: MissionLog, within: float) -> None:
         """Draw targets, start, and both paths; `within` is the targets' radius, metres."""
-        for number, target in enumerate(log.mission.targets, 1):
+        for number, target in enumerate(log.targets, 1):
             self._circle(target, within, _TARGET)
             self._text(target, str(number), _TARGET, 0.36)
         self._circle(log.mission.start[:2], 0.15, _START, is_filled=True)
         self._line(np.array(log.poses)[:, :2], _TRUE, 0.05)
         for dash in _dashes(np.array(log.estimates)[:, :2]):
             self._line(dash, _ESTIMATE, 0.03)
-        if log.touched:
-            self._cross(log.poses[-1][:2])
+        for touch in log.touches:
+            self._cross(log.poses[touch.step][:2])
 
     def write(self, path: Path, title: str) -> None:
         """Write a PNG with a title and a legend below."""

@@ -75,8 +75,8 @@ def _targets(
 ) -> tuple[Point, ...]:
     if given:
         targets = tuple(zip(given[::2], given[1::2], strict=True))
-        for number, place in enumerate(targets, 1):
-            environment.task.check_place(f"target {number}", *place)
+        for place in targets:
+            environment.task.check_place("target", *place)
         return targets
     places = [start]
     while len(places) <= DRAWN_TARGETS:

@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from asddpg.command_line import GROUPS, driver_config, train_config
-from asddpg.config import EvaluateConfig, PlayConfig, TrainConfig
+from asddpg.config import EvaluateConfig, MissionConfig, PlayConfig, TrainConfig
 from asddpg.errors import UserError
 from asddpg.options.help_text import help_text
 from asddpg.options.parsing import label, parse_arguments, with_values
@@ -28,6 +28,7 @@ READERS: dict[type, Any] = {
     TrainConfig: train_config,
     EvaluateConfig: partial(driver_config, EvaluateConfig),
     PlayConfig: partial(driver_config, PlayConfig),
+    MissionConfig: partial(driver_config, MissionConfig),
 }
 
 

@@ -45,6 +45,14 @@ def test_reaching_and_crashing_end_the_episode_with_their_rewards(
         assert 22 <= len(results) <= 24
 
 
+def test_without_a_goal_radius_no_episode_ends_at_its_goal() -> None:
+    config = NavigationConfig(goal_radius=0.0, time_limit_steps=28)
+    for action, goal in (((0.5, 0.0), (2.5, 0.0)), ((0.0, 0.0), (0.0, 0.0))):
+        results = drive(make(config=config), action, goal)
+        assert min(info["distance"] for *_, info in results) < 0.06
+        assert (len(results), results[-1][4]["outcome"]) == (28, "timeout")
+
+
 def test_two_hundred_steps_truncate_the_episode() -> None:
     results = drive(make(), (0.0, 0.0), (3.0, 0.0))
     assert len(results) == 200
@@ -198,7 +206,7 @@ def test_a_reset_clears_crash_and_pushed_things() -> None:
 @pytest.mark.parametrize(
     ("name", "value", "sentence"),
     [
-        ("control_timestep", 0.013, "multiple of the physics step"), ("goal_radius", -1.0, "must be from 0.1 to 2 m"),
+        ("control_timestep", 0.013, "multiple of the physics step"), ("goal_radius", -1.0, "0, or from 0.1 to 2 m"),
         ("max_linear_velocity", 3.0, "up to the robot's 1.199"), ("max_angular_velocity", -1.0, "above 0"),
         ("time_limit_steps", 0, "greater than 0"), ("laser.noise", -1.0, "noise must be 0 or more"),
         ("laser.dropout", 1.5, "from 0 to 1"), ("laser.latency", math.nan, "latency must be a finite number"),

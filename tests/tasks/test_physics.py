@@ -11,7 +11,7 @@ from tasks import constants
 from tasks.evaluation_pairs import find_paths
 from tasks.physics import Physics, Pose
 from tasks.room_geometry.held_out import Pair
-from tasks.room_geometry.obstacles import Obstacles
+from tasks.room_geometry.obstacles import Obstacles, obstacle_names
 from tasks.scene.loading import scene_path
 
 
@@ -101,14 +101,42 @@ def test_pushing_a_movable_thing_is_no_crash(group: int, crashes: bool) -> None:
 
     physics = Physics.from_model(wrapper.MjModel(spec.compile()))
     place(physics, Pose(0.0, 0.0, 0.0))
-    crashed, pushed = False, 0
+    crashed, pushed, touched = False, 0, set()
     for _ in range(10):
         drive(physics, 0.5, 0.0, 0.2)
         crashed |= physics.crashed()
         pushed = max(pushed, physics.num_pushed())
+        touched.add(physics.touched())
     assert physics.data.ptr.body("box").xpos[0] > 0.9
     assert crashed is crashes
     assert pushed == (0 if crashes else 1)
+    assert touched == {(), ("box",)}
+    place(physics, Pose(-2.0, 0.0, 0.0))
+    assert physics.touched() == ()
+
+
+def test_the_wall_that_was_touched_is_named() -> None:
+    physics = scene()
+    names = []
+    for x, yaw in ((3.5, 0.0), (-3.5, math.pi)):
+        place(physics, Pose(x, 0.0, yaw))
+        assert physics.touched() == ()
+        drive(physics, 0.5, 0.0, 2.0)
+        names.append(physics.touched())
+    assert names == [("wall_east",), ("wall_west",)]
+
+
+def test_obstacles_are_named_once_and_legs_by_their_furniture() -> None:
+    assert obstacle_names(scene("nav_simple").model.ptr) == [
+        "east", "north", "south", "wall_east", "wall_north", "wall_south", "wall_west", "west"
+    ]  # fmt: skip
+    model = scene("nav_gazebo").model.ptr
+    names = obstacle_names(model)
+    assert names == sorted(set(names))
+    assert not [name for name in names if "leg" in name or name in ("floor", "base")]
+    assert {"bin", "drum_3", "small_carton"} <= set(names)
+    for name in names:
+        assert Obstacles.from_model(model, [name]).outlines != Obstacles.from_model(model).outlines, name
 
 
 def test_a_graze_within_a_control_step_is_seen() -> None:

@@ -101,6 +101,8 @@ class LiveView:
         if self._is_idle:
             return
         self._observation = step.next_observation
+        if self._physics.goal() != self._controls.goal:  # a mission goes on to its next target
+            self._publish_goal(self._physics.goal())
         sample = self._sampler.sample(self._number, step, step.next_observation)
         elapsed = self._broadcast_time(sample)
         if self._listener.take_subscription():

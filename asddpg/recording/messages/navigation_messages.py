@@ -44,8 +44,8 @@ class NavigationPublisher:
         self.begin()
 
     def begin(self) -> None:
-        """Publish everything again: an episode begins, or a viewer has come."""
-        self._last = NavigationView()
+        """Publish everything again: an episode begins, or a viewer has come; no plan takes away the last one."""
+        self._last = NavigationView(path=np.empty((0, 2)))
 
     def publish(self, view: NavigationView, time: int) -> None:
         """Publish at a time, ns."""

@@ -56,6 +56,22 @@ def test_an_observation_is_taken_once() -> None:
     assert np.array_equal(robot.amcl.particles, particles)
 
 
+def test_a_moved_goal_is_read_at_once_and_nothing_else_changes() -> None:
+    environment = make_room()
+    robot = make_robot(environment)
+    observation, info = environment.reset(options={"goal": (3.5, -3.5)})
+    first = robot.begin(observation, info["pose"])
+    particles = robot.amcl.particles.copy()
+    moved = robot.read(environment.set_goal(-3.0, 3.0))
+    assert moved.goal == (-3.0, 3.0)
+    assert moved._replace(goal=first.goal)[:3] == first[:3]
+    assert moved.ranges is first.ranges
+    assert robot.reading is moved
+    assert np.array_equal(robot.amcl.particles, particles)
+    observation, *_ = environment.step(np.array([0.2, 0.0]))
+    assert robot.read(observation).goal == (-3.0, 3.0)
+
+
 def test_wheel_angles_are_those_of_the_distance_driven() -> None:
     environment = make_room()
     environment.reset(options={"goal": (3.5, -3.5), "start": (0.0, -0.6, 0.0)})

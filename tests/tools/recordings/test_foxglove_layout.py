@@ -3,11 +3,13 @@
 import json
 import re
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+from asddpg import mission as missions
 from asddpg.build import make_environment, navigation_env
 from asddpg.command_line import train_config
 from asddpg.episodes.drivers import FixedDriver
@@ -16,13 +18,14 @@ from asddpg.episodes.protocols import Decision, Driver
 from asddpg.recording.files.reading import open_recording
 from asddpg.recording.how_to_open import LAYOUT
 from asddpg.recording.live.listener import GOAL_TOPICS
-from asddpg.recording.messages.topics import CAMERA
+from asddpg.recording.messages.topics import AMCL_POSE, CAMERA, MAP, PARTICLES, PLAN
 from asddpg.recording.recorder import Provenance, Recorder, Selection, every_nth
 from tasks.scene.loading import TASK_CAMERAS
 
 PANELS = {"3D", "Image", "Plot", "StateTransitions", "Gauge", "Indicator", "RosOut", "Parameters", "Publish", "Tab"}
 # What a panel of each kind can draw.
 NUMBERS, TEXTS = {"Plot", "Gauge"}, {"StateTransitions", "Indicator"}
+NAVIGATION = (MAP, PLAN, PARTICLES, AMCL_POSE)  # in recordings of missions
 CAMERAS = {f"{CAMERA}{name}" for name in TASK_CAMERAS}  # in recordings that were made with cameras
 
 Messages = dict[str, list[Any]]
@@ -45,8 +48,23 @@ def messages(tmp_path_factory: pytest.TempPathFactory) -> Messages:
     folder = tmp_path_factory.mktemp("recorded")
     recorder = Recorder(folder, navigation_env(environment), Provenance(""), Selection(every_nth(1)), print)
     run_episode(environment, FixedDriver(lambda _: decision), (recorder,), max_steps=3)
+    return read_messages(folder)
+
+
+@pytest.fixture(scope="module")
+def mission(tmp_path_factory: pytest.TempPathFactory) -> Messages:
+    """Of a mission of three steps, by topic."""
+    folder = tmp_path_factory.mktemp("mission")
+    arguments = ["agent=move_base", "task=nav_empty", "start=[0,0,0]", "targets=[3,0]", "patience=0.6"]
+    missions.main([*arguments, f"out={folder}"])
+    return read_messages(folder / "missions/episodes")
+
+
+def read_messages(folder: Path) -> Messages:
+    """Of the only recording in a folder."""
+    (path,) = folder.iterdir()
     found: Messages = {}
-    for message in open_recording(next(folder.iterdir())).messages():
+    for message in open_recording(path).messages():
         found.setdefault(message.topic, []).append(message.content)
     return found
 
@@ -120,14 +138,26 @@ def test_each_message_path_is_in_a_recording(layout: dict[str, Any], messages: M
         assert kind in NUMBERS | TEXTS
 
 
-def test_each_topic_is_in_a_recording(layout: dict[str, Any], messages: Messages) -> None:
+def test_each_topic_is_in_a_recording(layout: dict[str, Any], messages: Messages, mission: Messages) -> None:
     panels = layout["configById"]
     topics_shown = panels["3D!robot"]["topics"]
     assert all(settings["visible"] for settings in topics_shown.values())
-    assert {"/scan", "/scene", "/path"} == set(topics_shown) <= set(messages)  # the goal is in the scene
+    assert {"/scan", "/scene", "/path", *NAVIGATION} == set(topics_shown)  # the goal is in the scene
+    assert set(topics_shown) - set(NAVIGATION) <= set(messages)
+    assert not set(NAVIGATION) & set(messages), "a policy has neither map nor plan"
+    assert set(topics_shown) <= set(mission)
     assert panels["RosOut!log"]["topicToRender"] in messages
     assert panels["Image!chase"]["imageMode"]["imageTopic"] in CAMERAS
     assert f"{CAMERA}chase" in CAMERAS
+
+
+def test_the_map_is_drawn_in_the_colours_of_its_cells(layout: dict[str, Any], mission: Messages) -> None:
+    settings = layout["configById"]["3D!robot"]["topics"]["/map"]
+    assert settings["colorMode"] == "rgba-fields"
+    fields = {field.name: field.offset for field in mission["/map"][-1].fields}
+    assert {"red", "green", "blue", "alpha"} <= set(fields)
+    for topic in NAVIGATION[1:]:
+        assert layout["configById"]["3D!robot"]["topics"][topic]["type"] in ("line", "arrow")
 
 
 def test_each_outcome_has_its_colour(layout: dict[str, Any]) -> None:
