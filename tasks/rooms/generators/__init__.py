@@ -1,0 +1,1 @@
+"""Rooms drawn at random, without end."""
