@@ -40,15 +40,15 @@ from asddpg.recording.live.controls import Steering
 from asddpg.recording.live.live_view import LiveView
 from asddpg.recording.pictures.cameras import Cameras
 from asddpg.recording.samples import ReadNavigation
-from tasks import NavigationConfig, Reward, gymnasium_id
-from tasks.gymnasium_api.navigation_env import NavigationEnv
+from tasks import NavigationConfig, Reward
+from tasks.gymnasium_api.navigation_env import NavigationEnv, id_and_scene
 from tasks.gymnasium_api.navigation_vector_env import NavigationVectorEnv
 
 
 def make_environment(task: TaskConfig, reward: Reward) -> gymnasium.Env:
     """The task as a Gymnasium environment, actions in m/s and rad/s."""
-    config = _navigation_config(task)
-    return gymnasium.make(gymnasium_id(task.name), reward=reward, config=config, num_scans=task.num_scans)
+    config, (environment_id, scene) = _navigation_config(task), id_and_scene(task.name)
+    return gymnasium.make(environment_id, **scene, reward=reward, config=config, num_scans=task.num_scans)
 
 
 def make_robots(

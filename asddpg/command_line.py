@@ -19,6 +19,7 @@ from asddpg.options.values import check_stored, read_value
 from tasks.errors import TaskError
 from tasks.options import options_of
 from tasks.rewards import REWARDS
+from tasks.rooms.reading import ROOMS, full_name, is_room
 
 # Presets, one of each group. Those of agent, network and task are in asddpg/conf: what differs from asddpg/config.py.
 GROUPS: Mapping[str, Mapping[str, str]] = {
@@ -50,6 +51,7 @@ MAY_CHANGE = ("total_steps", "checkpoint_every", "record.keep", "live", "port", 
 BASELINES = ("controller", "random", "move_base", "waypoints")
 Driving = TypeVar("Driving", EvaluateConfig, PlayConfig, MissionConfig)
 _CONF = Path(__file__).parent / "conf"
+OWN_ROOM = "own_room"  # the preset of a room that is a file or is generated
 _DEFAULTS = {"network": "fc3x256", "task": "nav_complex", "agent": "asddpg"}  # the later overrides the earlier
 
 
@@ -62,8 +64,11 @@ def train_config(arguments: Sequence[str]) -> TrainConfig:
     choices, values = _read_training(arguments)
     presets: dict[str, Any] = {}
     for group, default in _DEFAULTS.items():
-        path = _CONF / group / f"{choices.get(group, default)}.yaml"
+        choice = choices.get(group, default)
+        path = _CONF / group / f"{choice if choice in GROUPS[group] else OWN_ROOM}.yaml"
         presets |= flatten(yaml.safe_load(path.read_text(encoding="utf-8")))
+    if choices.get("task", "nav_complex") not in GROUPS["task"]:
+        presets["task.name"] = choices["task"]
     reward = presets.pop("reward", "dense")  # a preset, which that of the task names
     config = TrainConfig(reward=replace(REWARDS[choices.get("reward", reward)]))
     return _with_values(config, {**presets, **values})
@@ -134,8 +139,11 @@ def _choice(group: str, name: str) -> str:
     if group == "agent" and name in BASELINES:
         command = f"python -m asddpg.evaluate agent={name} task="
         raise UserError(f"agent={name} learns nothing, so there is nothing to train; drive it: {command}")
+    if group == "task" and name not in GROUPS[group] and is_room(name):
+        return full_name(name)
     if name not in GROUPS[group]:
-        known = f"there are {', '.join(GROUPS[group])}{sweep_hint(group, name)}"
+        rooms = f", or {ROOMS}" if group == "task" else ""
+        known = f"there are {', '.join(GROUPS[group])}{rooms}{sweep_hint(group, name)}"
         raise UserError(f"there is no {group} {truncated_repr(name)}; {known}")
     return name
 

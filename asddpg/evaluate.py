@@ -29,6 +29,7 @@ from asddpg.runs.provenance import current_versions
 from asddpg.runs.run_folder import RunFolder, write_json
 from tasks.evaluation_pairs import fresh_pairs, stored_pairs
 from tasks.room_geometry.held_out import Pair
+from tasks.rooms.reading import is_room
 
 
 @prepare_torch()
@@ -70,10 +71,12 @@ def _pairs(config: EvaluateConfig, task_name: str, goal_radius: float) -> tuple[
     if config.seed is not None:
         fresh = fresh_pairs(task_name, np.random.default_rng(config.seed), config.episodes, goal_radius)
         return fresh, f"{config.episodes} fresh pairs, seed {config.seed}"
-    stored = stored_pairs(task_name, "test", goal_radius)
+    stored = stored_pairs(task_name, "test", goal_radius, config.episodes)
+    if is_room(task_name):
+        return stored, f"{len(stored)} test pair{'s' * (len(stored) > 1)} of the room"
     if config.episodes > len(stored):
         raise UserError(f"the stored test set has {len(stored)} pairs, not {config.episodes}; seed= draws fresh ones")
-    return stored[: config.episodes], f"{config.episodes} stored test pairs"
+    return stored, f"{config.episodes} stored test pairs"
 
 
 if __name__ == "__main__":

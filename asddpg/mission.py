@@ -24,7 +24,7 @@ from asddpg.episodes.steering import SteeredDriver
 from asddpg.messages import OUT, print_line
 from asddpg.missions.environment import MissionEnvironment
 from asddpg.missions.log import MissionLog
-from asddpg.missions.picture import MissionPicture
+from asddpg.missions.picture import draw_mission as draw_picture
 from asddpg.missions.report import MissionRow, summarize, write_rows
 from asddpg.missions.setting import MissionSetting, draw_mission
 from asddpg.options.help_text import help_text
@@ -94,8 +94,7 @@ def _report(
     failure = log.failure(config.within, setting.unmapped)
     row = MissionRow.of_log(log, number, environment.task.config.control_timestep, failure)
     print_line(row.describe())
-    picture = MissionPicture(environment.obstacles, setting.known)
-    picture.draw_mission(log, config.within)
+    picture = draw_picture(log, environment.obstacles, setting.known, config.within)
     picture.write(folder / f"mission_{number:02d}.png", f"mission {number}: {failure or 'all targets reached'}")
     return row
 

@@ -180,7 +180,7 @@ def test(
     config: TrainConfig, folder: RunFolder, environment: gymnasium.Env, agent: AsDDPG
 ) -> dict[str, EvaluationResult]:
     """Figures of the actor alone on the stored test set, for the checkpoints last and best."""
-    pairs = stored_pairs(config.task.name, "test", config.task.goal_radius)[: config.test_episodes]
+    pairs = stored_pairs(config.task.name, "test", config.task.goal_radius, config.test_episodes)
     result = {}
     for name in ("last", "best"):
         weights_file.load_into(folder.checkpoint(name), agent.networks)

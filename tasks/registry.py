@@ -1,21 +1,28 @@
 """The tasks by name, and how to load one."""
 
+import reprlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from typing import Any, TypeVar
 
 import mujoco
+import numpy as np
 from dm_control.rl import control
 
 from tasks.errors import TaskError
 from tasks.generator_state import RandomSource, make_generator
 from tasks.navigation import Navigation, NavigationConfig
 from tasks.options import build_options
+from tasks.physics import FloatArray
 from tasks.rewards import REWARDS, Reward
 from tasks.room_geometry.held_out import held_out_goals
 from tasks.room_geometry.start_goal import FreeSpaceRule, OriginRule, PairRule
-from tasks.scene.loading import TASK_CAMERAS, open_scene, scene_path
+from tasks.rooms.pairs import draw_sets
+from tasks.rooms.reading import ROOMS, find_room, is_room
+from tasks.rooms.room_rule import RoomRule
+from tasks.rooms.scene import compile_room
+from tasks.scene.loading import TASK_CAMERAS, load_model, robot_physics, scene_path
 
 T = TypeVar("T")
 
@@ -44,6 +51,9 @@ DEFINITIONS: Mapping[str, TaskDefinition] = {
     "nav_office": TaskDefinition("sparse", partial(FreeSpaceRule, min_path=3.0, max_path=8.0)),
 }
 
+# Of a room that is a file or is generated: what lies 3 m to 8 m away, as in the office, need not exist in it.
+OWN_ROOM = TaskDefinition("sparse", RoomRule)
+
 ALL_TASKS: tuple[str, ...] = tuple(DEFINITIONS)
 
 
@@ -56,7 +66,7 @@ def load(
     """Load a task as a dm_control environment.
 
     Args:
-        task_name: one of ALL_TASKS.
+        task_name: one of ALL_TASKS, or a room: a file, or a generated one.
         random: seed, generator or RandomState of starts and goals; None draws a fresh seed.
         reward: `dense`, `sparse`, a Reward or a mapping of its options; None takes the task's default.
         config: constants of the task, or a mapping of some; None takes the paper's.
@@ -64,26 +74,62 @@ def load(
     Raises:
         TaskError: no such task or reward, a constant out of range, or the scene file is broken.
     """
-    definition = _find(DEFINITIONS, "task", task_name)
+    definition = find_task(task_name)
     config = build_options(NavigationConfig, "config", {} if config is None else config)
     reward = definition.reward if reward is None else reward
-    physics = open_scene(scene_path(task_name), TASK_CAMERAS, config.laser.num_beams)
+    physics = robot_physics(task_model(task_name, config.laser.num_beams), task_name, TASK_CAMERAS)
+    rule = make_rule(task_name, physics.model.ptr)
     task = Navigation(
         config,
         _find(REWARDS, "reward", reward) if isinstance(reward, str) else build_options(Reward, "reward", reward),
         make_generator(random),
-        held_out_goals(task_name),
-        make_rule(task_name, physics.model.ptr),
+        _held_out(task_name, rule),
+        rule,
     )
     return control.Environment(physics, task, control_timestep=config.control_timestep)
 
 
+def find_task(name: str) -> TaskDefinition:
+    """The definition of a task, or that of all rooms; TaskError where a name is neither's."""
+    if isinstance(name, str) and name not in DEFINITIONS and is_room(name):
+        return OWN_ROOM
+    if not isinstance(name, str) or name not in DEFINITIONS:
+        raise TaskError(f"there is no task {reprlib.repr(name)}; there are {', '.join(DEFINITIONS)}, or {ROOMS}")
+    return DEFINITIONS[name]
+
+
+def task_model(name: str, num_beams: int | None = None) -> mujoco.MjModel:
+    """The compiled scene of a task or of a room.
+
+    Args:
+        name: of the task or the room.
+        num_beams: of the laser; None leaves the scene's own.
+
+    Raises:
+        TaskError: there is no such task or room, or its file is broken.
+    """
+    if find_task(name) is OWN_ROOM:
+        return compile_room(find_room(name), num_beams)
+    return load_model(scene_path(name), num_beams)
+
+
 def make_rule(task_name: str, model: mujoco.MjModel) -> PairRule:
     """The rule of a task's starts and goals in its compiled scene; TaskError where the scene leaves none."""
+    definition = find_task(task_name)
     try:
-        return _find(DEFINITIONS, "task", task_name).rule(model)
+        return definition.rule(model)
     except TaskError as error:
-        raise TaskError(f"the scene {scene_path(task_name)} gives no starts and goals: {error}") from error
+        scene = task_name if definition is OWN_ROOM else scene_path(task_name)
+        raise TaskError(f"the scene {scene} gives no starts and goals: {error}") from error
+
+
+def _held_out(task_name: str, rule: PairRule) -> FloatArray:
+    """Goals that no drawn goal comes near, (n, 2) metres: those of the evaluation sets, but not a room's own."""
+    if find_task(task_name) is not OWN_ROOM:
+        return held_out_goals(task_name)
+    room = find_room(task_name)
+    sets = {} if room.pairs else draw_sets(room, rule)
+    return np.array([pair.goal for pairs in sets.values() for pair in pairs]).reshape(-1, 2)
 
 
 def _find(table: Mapping[str, T], kind: str, name: str) -> T:

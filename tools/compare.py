@@ -21,15 +21,22 @@ from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
 from tasks import ALL_TASKS
 from tasks.options import Range, between, option
-from tools.comparison.cases import Case
+from tasks.rooms.reading import ROOMS, is_room
+from tools.comparison.cases import Case, expand_rooms
 from tools.comparison.driven_episodes import DrivenCase
 from tools.comparison.tables import write_tables
 from tools.comparison.worker_processes import drive_all
 
 DRIVERS = Range(lambda names: names and len(set(names)) == len(names), "one driver or more, each once")
+
+
+def _is_place(name: str) -> bool:
+    return name in ALL_TASKS or all(map(is_room, expand_rooms(name)))
+
+
 TASKS = Range(
-    lambda names: names and len(set(names)) == len(names) and set(names) <= set(ALL_TASKS),
-    f"one or more of {', '.join(ALL_TASKS)}, each once",
+    lambda names: names and len(set(names)) == len(names) and all(map(_is_place, names)),
+    f"one or more of {', '.join(ALL_TASKS)}, each once, {ROOMS}, or several such as cylinders:0-49",
 )
 
 

@@ -14,9 +14,8 @@ from asddpg.program import run
 from tasks.graphics.headless import mujoco
 from tasks.graphics.rendering import FREE, Picture
 from tasks.options import argument, option
-from tasks.scene.loading import load_model
 from tools.drawing.picture_file import PICTURE_FILE, PICTURE_SIZE, open_renderer, picture_size, write
-from tools.robot.scene_argument import ROBOT, SCENE, scene_file
+from tools.robot.scene_argument import ROBOT, SCENE, scene_model
 
 SHADOW_SIZE = 8192  # px of the shadow's map: fine enough for a whole room
 SEED = 3  # of the goal in a task's picture
@@ -64,7 +63,7 @@ def _state(scene: str) -> tuple[mujoco.MjModel, mujoco.MjData]:
         environment = tasks.load(scene, random=SEED)
         environment.reset()
         return environment.physics.model.ptr, environment.physics.data.ptr
-    model = load_model(scene_file(scene))
+    model = scene_model(scene)
     data = mujoco.MjData(model)
     if model.nkey:
         mujoco.mj_resetDataKeyframe(model, data, 0)

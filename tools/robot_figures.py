@@ -8,9 +8,9 @@ from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
 from tasks.options import argument, option
-from tasks.scene.loading import open_scene
+from tasks.scene.loading import robot_physics
 from tools.robot.robot_quantities import Quantity, RobotQuantities, Section
-from tools.robot.scene_argument import ROBOT, SCENE, scene_file
+from tools.robot.scene_argument import ROBOT, SCENE, scene_model
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ def _text(quantity: Quantity) -> str:
 def main(arguments: Sequence[str]) -> None:
     """Print."""
     parsed = parse_arguments(RobotFiguresArguments, arguments)
-    sections = RobotQuantities(open_scene(scene_file(parsed.scene)).model.ptr).sections
+    sections = RobotQuantities(robot_physics(scene_model(parsed.scene), parsed.scene).model.ptr).sections
     if parsed.json:
         plain = {title: {name: f._asdict() for name, f in section.items()} for title, section in sections.items()}
         print(json.dumps(plain, ensure_ascii=False, indent=2))

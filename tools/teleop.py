@@ -1,6 +1,6 @@
 """Drive the robot by keyboard in MuJoCo's viewer: `python -m tools.teleop nav_complex`.
 
-A scene without the robot is opened too, to be looked at.
+A room without the robot gets one.
 """
 
 import queue
@@ -16,11 +16,11 @@ from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
 from tasks.options import argument
 from tasks.physics import Physics, Velocity
-from tasks.registry import make_rule
+from tasks.registry import make_rule, task_model
 from tasks.room_geometry.start_goal import PairRule
 from tasks.scene.checks import find_missing_elements
-from tasks.scene.loading import load_model, robot_physics
-from tools.robot.scene_argument import SCENE, scene_file
+from tasks.scene.loading import robot_physics
+from tools.robot.scene_argument import ROBOT, SCENE, scene_model
 from tools.robot.teleop_keys import BACKSPACE, HELP, next_command
 from tools.robot.viewer import check_screen, open_viewer, wait_for_frames
 
@@ -105,32 +105,17 @@ def drive(driven: TeleopSession) -> None:
                 return
 
 
-def look(model: mujoco.MjModel) -> None:
-    """The viewer without teleop, until its window is closed."""
-    data = mujoco.MjData(model)
-    with open_viewer(model, data, lambda _: None) as viewer:
-        for frames in wait_for_frames(FRAME):
-            with viewer.lock():
-                mujoco.mj_step(model, data, max(1, round(frames * FRAME / model.opt.timestep)))
-            viewer.sync()
-            if not viewer.is_running():
-                return
-
-
 def main(arguments: Sequence[str]) -> None:
     """Open the scene and drive."""
     scene = parse_arguments(TeleopArguments, arguments).scene
-    path = scene_file(scene)
-    model = load_model(path)
+    model, is_task = scene_model(scene), scene in tasks.ALL_TASKS or not scene.endswith(".xml")
     check_screen()
-    missing = find_missing_elements(model)
-    if missing:
-        print(f"the scene {path} lacks the {missing[0]}: it has no Pioneer to drive and is shown only")
-        look(model)
-        return
+    if find_missing_elements(model):
+        print(f"{scene} has no Pioneer: one is put into it")
+        model, is_task = task_model(scene), True
     print("\n".join(f"  {keys:<12} {meaning}" for keys, meaning in HELP), flush=True)
-    rule = make_rule(scene, model) if scene in tasks.ALL_TASKS else None
-    drive(TeleopSession(robot_physics(model, path), rule))
+    rule = make_rule(scene, model) if is_task and scene != ROBOT else None
+    drive(TeleopSession(robot_physics(model, scene), rule))
 
 
 if __name__ == "__main__":

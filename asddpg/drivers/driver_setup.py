@@ -33,6 +33,7 @@ from asddpg.runs.loading import open_trained
 from asddpg.runs.provenance import current_versions, environment_hash, recording_provenance
 from asddpg.runs.state_files import file_digest
 from tasks import ALL_TASKS
+from tasks.registry import find_task
 
 
 @dataclass(frozen=True)
@@ -114,8 +115,8 @@ def set_up_driver(config: DrivingConfig, verb: str, seed: int, setting: Setting 
         UserError: there is no such run or baseline, or options contradict one another.
     """
     check_device(config.device)
-    if config.task is not None and config.task not in ALL_TASKS:
-        raise UserError(f"there is no task {config.task!r}; there are {', '.join(ALL_TASKS)}")
+    if config.task is not None:
+        find_task(config.task)
     if config.agent == "waypoints" and config.run is not None:
         setup = _lead_run(config, config.run, setting)
     elif config.agent is not None:

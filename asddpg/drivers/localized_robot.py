@@ -10,17 +10,23 @@ from asddpg.episodes.protocols import Observation
 from asddpg.planning.amcl import AMCL, AMCLOptions
 from asddpg.planning.likelihood_field import LaserOptions
 from asddpg.planning.occupancy_grid import OccupancyGrid
-from asddpg.planning.odometry import OdometryErrors, WheelOdometry
+from asddpg.planning.odometry import MotionNoise, OdometryErrors, WheelOdometry
 from asddpg.planning.poses import wrap_angle
 from asddpg.planning.robot import Reading
 from tasks.constants import TRACK, WHEEL_RADIUS
 from tasks.gymnasium_api.navigation_env import NavigationEnv
 
-# Between two updates the pose is that of the odometry, with its drift: they come twice as often as the node's. And its
-# sum of cubes hardly tells apart poses 5 cm from one another: the estimate runs after the odometry.
-PRECISE = AMCLOptions(update_distance=0.1, update_angle=math.pi / 12, laser=LaserOptions(sigma_hit=0.1, beam_power=0.1))
+# Between two updates the pose is that of the odometry, with its drift: they come twice as often as the node's. Its sum
+# of cubes hardly tells apart poses 5 cm from one another: the estimate would run after the odometry. And with its noise
+# of motion an obstacle that the map lacks pulls the estimate to the wall behind it.
+PRECISE = AMCLOptions(
+    update_distance=0.1,
+    update_angle=math.pi / 12,
+    noise=MotionNoise(0.05, 0.05, 0.05, 0.05),
+    laser=LaserOptions(sigma_hit=0.1, beam_power=0.3),
+)
 # From no idea where, in a room of like corners: a broad likelihood that keeps many places, and random particles.
-GLOBAL = replace(PRECISE, laser=LaserOptions(), alpha_slow=0.001, alpha_fast=0.1)
+GLOBAL = replace(PRECISE, noise=MotionNoise(), laser=LaserOptions(), alpha_slow=0.001, alpha_fast=0.1)
 START_SPREAD = (0.1, 0.1, 0.1)  # m, m, rad; of a start that is known about
 
 

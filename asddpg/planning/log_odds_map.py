@@ -13,12 +13,12 @@ class LogOddsOptions:
 
     Attributes:
         hit: added where a beam ends.
-        miss: added where a beam passes.
+        miss: added where a beam passes; little, since beams pass a thin leg in its own cell, and where a pose is off.
         limit: of the sum's magnitude, so that what has moved is soon seen.
     """
 
     hit: float = 0.85
-    miss: float = -0.4
+    miss: float = -0.1
     limit: float = 3.5
 
 

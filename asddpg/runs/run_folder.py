@@ -14,6 +14,7 @@ from asddpg.config import TrainConfig
 from asddpg.errors import UserError
 from asddpg.runs.safe_loading import LARGEST_CONFIG, OURS, check_controller, check_links, plain_values
 from tasks import ALL_TASKS
+from tasks.rooms.reading import is_room, short_name
 
 
 class RunFolder:
@@ -69,7 +70,7 @@ def create_run(config: TrainConfig) -> RunFolder:
     Raises:
         UserError: it cannot be made, or another training has just begun in it.
     """
-    name = f"{datetime.now():%Y-%m-%d_%H-%M-%S}_{config.task.name}_{config.agent.name}_seed{config.seed}"
+    name = f"{datetime.now():%Y-%m-%d_%H-%M-%S}_{short_name(config.task.name)}_{config.agent.name}_seed{config.seed}"
     path = Path(config.run_dir or Path("runs") / name)
     try:
         folder = RunFolder(path if config.run_dir else claim_folder(path))
@@ -122,7 +123,7 @@ def parse_training(text: str | bytes, title: str, controller: str | None = OURS)
         config = stored_config(values)
     except UserError as error:
         raise UserError(f"{title} is not a configuration of this version: {error}") from error
-    if config.task.name not in ALL_TASKS:
+    if config.task.name not in ALL_TASKS and not is_room(config.task.name):
         raise UserError(f"{title} names no task of this version: {config.task.name!r}")
     check_controller(config, controller, title)
     return config, provenance

@@ -20,6 +20,7 @@ from tasks.physics import FloatArray, Pose
 from tasks.registry import ALL_TASKS, load
 from tasks.rewards import Outcome, Reward, dense_part
 from tasks.room_geometry.obstacles import Obstacles
+from tasks.rooms.reading import ROOMS, is_room
 
 RENDER_MODES = Range(lambda mode: mode == "rgb_array", "rgb_array or None")
 
@@ -67,7 +68,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         """Load a task.
 
         Args:
-            task: one of tasks.ALL_TASKS.
+            task: one of tasks.ALL_TASKS, or a room: a file, or a generated one such as cylinders:17.
             reward: `dense`, `sparse` or a Reward; None takes the task's default.
             config: constants of the task; None takes the paper's. Mappings, as a spec's JSON holds them, do too.
             num_scans: scans stacked in the observation.
@@ -240,6 +241,28 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
             self._renderer = None
 
 
+OWN_ROOM_ID = "asddpg/Nav-v0"
+
+
+def room_env(scene: str = "", **arguments: Any) -> NavigationEnv:
+    """The environment of a room: `gymnasium.make("asddpg/Nav-v0", scene=PATH)`; TaskError without a scene."""
+    return NavigationEnv(check_scene(scene), **arguments)
+
+
+def check_scene(scene: str) -> str:
+    """The name of a room; TaskError where it is no such name."""
+    if not isinstance(scene, str) or not is_room(scene):
+        raise TaskError(f"{OWN_ROOM_ID} needs scene=, {ROOMS}, not {reprlib.repr(scene)}")
+    return scene
+
+
+def id_and_scene(task_name: str) -> tuple[str, dict[str, Any]]:
+    """What gymnasium.make takes for a task, its id, or for a room, the id of all of them and its scene."""
+    if is_room(task_name):
+        return OWN_ROOM_ID, {"scene": task_name}
+    return gymnasium_id(task_name), {}
+
+
 def gymnasium_id(task_name: str) -> str:
     """`nav_complex` → `asddpg/NavComplex-v0`."""
     return f"asddpg/{''.join(part.capitalize() for part in task_name.split('_'))}-v0"
@@ -258,6 +281,14 @@ def register() -> None:
                 disable_env_checker=True,
                 order_enforce=False,
             )
+    if OWN_ROOM_ID not in gymnasium.registry:
+        gymnasium.register(
+            OWN_ROOM_ID,
+            entry_point=f"{__name__}:room_env",
+            vector_entry_point="tasks.gymnasium_api.navigation_vector_env:room_vector_env",
+            disable_env_checker=True,
+            order_enforce=False,
+        )
 
 
 def _to_numbers(name: str, values: Any, count: int) -> list[float]:

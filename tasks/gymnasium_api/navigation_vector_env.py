@@ -16,7 +16,7 @@ from gymnasium.vector.utils import batch_space
 from tasks.constants import MAX_RANGE, TRACK, TURN_RATE_LIMIT, WHEEL_RADIUS
 from tasks.errors import TaskError
 from tasks.gymnasium_api.flat_observation import Float32Array
-from tasks.gymnasium_api.navigation_env import NavigationEnv
+from tasks.gymnasium_api.navigation_env import NavigationEnv, check_scene
 from tasks.gymnasium_api.robot_batch import BoolArray, RobotBatch, columns
 from tasks.options import POSITIVE, argument, check_options
 from tasks.physics import FloatArray
@@ -60,7 +60,7 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
         """Load the tasks.
 
         Args:
-            task: one of tasks.ALL_TASKS, or one for each robot.
+            task: one of tasks.ALL_TASKS or a room, or one for each robot.
             num_envs: robots.
             autoreset_mode: what follows an episode's end: a reset with the next step, with the same, or by the caller.
             num_threads: that move the robots; None takes one for each core of this process.
@@ -314,3 +314,8 @@ def _masked(info: dict[str, Any], mask: BoolArray) -> dict[str, Any]:
     """The same info with Gymnasium's masks: `_<key>` says for which robots it holds."""
     values = {key: _masked(value, mask) if isinstance(value, dict) else value for key, value in info.items()}
     return values | {f"_{key}": mask for key in info}
+
+
+def room_vector_env(scene: str = "", **arguments: Any) -> NavigationVectorEnv:
+    """Robots in a room: `gymnasium.make_vec("asddpg/Nav-v0", num_envs=16, scene=PATH)`; TaskError without a scene."""
+    return NavigationVectorEnv(check_scene(scene), **arguments)

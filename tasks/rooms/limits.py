@@ -12,7 +12,7 @@ from tasks.rooms.room import Obstacle
 MAX_BYTES = 20_000_000
 MAX_CELLS = 16_000_000  # 4000 × 4000
 MAX_OBSTACLES = 20_000
-MAX_WIDTH = 500.0  # m
+MIN_LENGTH, MAX_WIDTH = 1e-4, 500.0  # m
 MAX_COORDINATE = 1e6  # m; beyond it floor grids and pictures lose millimetres
 
 
@@ -52,11 +52,8 @@ def to_number(value: object, name: str, low: float = -MAX_COORDINATE, high: floa
 
 
 def to_length(value: object, name: str) -> float:
-    """A number above 0 and at most MAX_WIDTH, metres; TaskError for another."""
-    number = to_number(value, name, 0.0, MAX_WIDTH)
-    if not number:
-        raise TaskError(f"{name} must be above 0 m")
-    return number
+    """A number from MIN_LENGTH to MAX_WIDTH, metres; TaskError for another."""
+    return to_number(value, name, MIN_LENGTH, MAX_WIDTH)
 
 
 def check_cells(rows: int, columns: int) -> None:

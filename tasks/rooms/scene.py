@@ -14,6 +14,7 @@ from tasks.room_geometry.footprints import Footprint
 from tasks.room_geometry.free_space import CELL
 from tasks.room_geometry.grid import BoolArray, Grid
 from tasks.room_geometry.obstacles import Obstacles
+from tasks.rooms.limits import check_obstacles
 from tasks.rooms.room import HEIGHT, Obstacle, Point, Room, Shape
 from tasks.scene.checks import find_invalid_number
 from tasks.scene.loading import MODELS
@@ -21,7 +22,9 @@ from tasks.scene.loading import MODELS
 TEMPLATE = MODELS / "own_room.xml"
 FENCE_MARGIN = 6.0  # m around a room without walls: out of the laser's range, 5.6 m, from its obstacles
 FENCE_THICKNESS = 0.05  # m
-ENCLOSED_FROM = 2.0  # m²; a room has walls if they enclose this much free floor
+# A room has walls if they enclose so much free floor, m², and so large a share of what lies open around it: a closet on
+# an open floor is no room.
+ENCLOSED_FROM, ENCLOSED_SHARE = 2.0, 0.25
 CAMERA_ANGLE = 45.0  # degrees, of the camera above
 _TYPES = {
     Shape.BOX: mujoco.mjtGeom.mjGEOM_BOX,
@@ -32,6 +35,11 @@ _TYPES = {
 
 
 def compile_room(room: Room, num_beams: int | None = None) -> mujoco.MjModel:
+    """The compiled scene of a room; arguments and errors are those of build_scene."""
+    return _compile(build_scene(room, num_beams))
+
+
+def build_scene(room: Room, num_beams: int | None = None) -> mujoco.MjSpec:
     """A room with the robot, at the widest free place, as a scene; around one without walls stands a fence.
 
     Args:
@@ -41,19 +49,20 @@ def compile_room(room: Room, num_beams: int | None = None) -> mujoco.MjModel:
     Raises:
         TaskError: MuJoCo takes an obstacle for invalid, or no place is free.
     """
+    check_obstacles(room.obstacles)
     spec = _add_obstacles(room, num_beams)
     low, high = _extent(room)
-    floor = _enclosed_floor(_compile(spec))
+    floor = _enclosed_floor(_compile(spec)) if _holds_pairs(room) else None
     if floor is None:
         low, high = low - FENCE_MARGIN, high + FENCE_MARGIN
         _add_fence(spec, low, high)
-        floor = _enclosed_floor(_compile(spec))
+        floor = _enclosed_floor(_compile(spec)) if _holds_pairs(room) else None
     if floor is None:
         raise TaskError("the room leaves no free place that the robot fits in")
     x, y = room.pairs[0][0][:2] if room.pairs else _widest_place(*floor)
     spec.body("base").pos = [x, y, 0.0]
     _add_camera(spec, low, high)
-    return _compile(spec)
+    return spec
 
 
 @cache
@@ -127,6 +136,13 @@ def _extent(room: Room) -> tuple[FloatArray, FloatArray]:
     return points.min(axis=0), points.max(axis=0)
 
 
+def _holds_pairs(room: Room) -> bool:
+    """Whether its starts and goals lie among its obstacles."""
+    low, high = _extent(Room(room.obstacles))
+    places = np.array([each[:2] for start, goal in room.pairs for each in (start, goal)]).reshape(-1, 2)
+    return bool(((places > low) & (places < high)).all())
+
+
 def _corners(obstacle: Obstacle) -> FloatArray:
     """Two corners of a rectangle around an obstacle, however it is turned: (2, 2), metres."""
     reach = np.hypot.reduce(np.abs(obstacle.points).max(axis=0)) if obstacle.points else np.hypot.reduce(obstacle.size)
@@ -170,8 +186,11 @@ def _enclosed_floor(model: mujoco.MjModel) -> tuple[Grid, BoolArray] | None:
     pieces, count = ndimage.label(grid.free.reshape(grid.shape))
     border = np.concatenate([pieces[0], pieces[-1], pieces[:, 0], pieces[:, -1]])
     areas = np.bincount(pieces.ravel(), minlength=count + 1)
-    areas[border] = areas[0] = 0
-    return (grid, pieces == areas.argmax()) if areas.max() * CELL**2 >= ENCLOSED_FROM else None
+    areas[0] = 0
+    outside = areas[np.unique(border)].sum()
+    areas[border] = 0
+    is_room = areas.max() >= max(ENCLOSED_FROM / CELL**2, ENCLOSED_SHARE * outside)
+    return (grid, pieces == areas.argmax()) if is_room else None
 
 
 def _widest_place(grid: Grid, floor: BoolArray) -> Point:

@@ -97,7 +97,7 @@ class PeerRun:
             del content["options"]
             return cls(**content | {"evaluations": [Evaluation(**each) for each in content["evaluations"]]})
         except (ValueError, KeyError, TypeError) as error:
-            raise UserError(f"{path} is not a whole run of tools.compare_peers: {error}") from error
+            raise UserError(f"{path} is not a whole run of tools.benchmarks.compare_peers: {error}") from error
 
 
 def train(peer: PeerRun, model: Any, rate: Rates, every: int) -> None:

@@ -16,15 +16,17 @@ from asddpg.runs.provenance import environment_hash
 from asddpg.runs.state_files import file_digest
 from tasks.evaluation_pairs import stored_pairs
 from tasks.room_geometry.held_out import Pair
+from tasks.rooms.reading import short_name
 from tools.experiments.runs import digest
 
 LED = "+waypoints"  # after a run: a planner leads it
 SEED = 0  # of random actions
+_SEVERAL = re.compile(r"([a-z_]+):([0-9]{1,9})-([0-9]{1,9})")
 
 
 @dataclass(frozen=True)
 class Case:
-    """A driver, as the user names it, on the first stored test pairs of a task."""
+    """A driver, as the user names it, on the first test pairs of a task, of a room, or of each of several rooms."""
 
     driver: str
     task: str
@@ -43,8 +45,13 @@ class Case:
             options["planner"] = {"map": self.planner.map} if agent == "move_base" else asdict(self.planner)
         return options
 
-    def set_up(self, folder: Path) -> DriverSetup:
-        """Make the driver and its environment.
+    @property
+    def rooms(self) -> list[str]:
+        """The task; of generated rooms such as cylinders:0-49 each one."""
+        return expand_rooms(self.task)
+
+    def set_up(self, folder: Path, room: str | None = None) -> DriverSetup:
+        """Make the driver and its environment, in a room of the case's or in its first.
 
         Raises:
             UserError: there is no such driver, or it does not fit the task.
@@ -52,13 +59,18 @@ class Case:
         agent, run = _agent_and_run(self.driver)
         controller = self.controller if run is None else _controller_of_run(run, self.controller)
         config = EvaluateConfig(
-            run=run, agent=agent, task=self.task, controller=controller, planner=self.planner, out=str(folder)
+            run=run,
+            agent=agent,
+            task=room or self.rooms[0],
+            controller=controller,
+            planner=self.planner,
+            out=str(folder),
         )
         return set_up_driver(config, "evaluate", SEED)
 
-    def pairs(self, setup: DriverSetup) -> tuple[Pair, ...]:
-        """The pairs to drive."""
-        return stored_pairs(self.task, "test", setup.config.task.goal_radius)[: self.episodes]
+    def pairs(self, setup: DriverSetup, room: str | None = None) -> tuple[Pair, ...]:
+        """The pairs to drive in a room, or in the first."""
+        return stored_pairs(room or self.rooms[0], "test", setup.config.task.goal_radius, self.episodes)
 
     def conditions(self, setup: DriverSetup) -> dict[str, Any]:
         """All that decides what the episodes are, but for the versions of the packages."""
@@ -70,6 +82,7 @@ class Case:
             "scene": environment_hash(setup.environment),
             "task": asdict(setup.config.task),
             "reward": asdict(setup.config.reward),
+            **({"rooms": self.task} if len(self.rooms) > 1 else {}),
             "episodes": self.episodes,
             "pairs": digest({"pairs": [(pair.start, pair.goal, pair.shortest_path) for pair in self.pairs(setup)]}),
         }
@@ -77,7 +90,16 @@ class Case:
     def path(self, folder: Path, setup: DriverSetup) -> Path:
         """The file of its episodes; other conditions have another."""
         name = re.sub(r"[^A-Za-z0-9.]+", "_", self.driver).strip("_.")[-60:]
-        return folder / f"{name}_{self.task}_{digest(self.conditions(setup))}.json"
+        return folder / f"{name}_{short_name(self.task)}_{digest(self.conditions(setup))}.json"
+
+
+def expand_rooms(task: str) -> list[str]:
+    """`cylinders:3-5` → cylinders:3, cylinders:4, cylinders:5; any other name alone."""
+    match = _SEVERAL.fullmatch(task)
+    if match is None:
+        return [task]
+    first, last = int(match[2]), int(match[3])
+    return [f"{match[1]}:{number}" for number in range(first, last + 1)] or [task]
 
 
 def _agent_and_run(driver: str) -> tuple[str | None, str | None]:

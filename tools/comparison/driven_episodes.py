@@ -17,6 +17,7 @@ class DrivenEpisode:
     """An episode; metres, radians, world frame.
 
     Attributes:
+        room: or task.
         start: x, y and yaw.
         goal: x and y.
         shortest_path: to within the goal's radius.
@@ -25,6 +26,7 @@ class DrivenEpisode:
         decision_ms: median CPU time of a decision, milliseconds.
     """
 
+    room: str
     start: tuple[float, ...]
     goal: tuple[float, ...]
     shortest_path: float
@@ -33,9 +35,9 @@ class DrivenEpisode:
     decision_ms: float
 
     @property
-    def pair(self) -> tuple[float, ...]:
-        """Start and goal, by which episodes of two drivers are paired."""
-        return *self.start, *self.goal
+    def pair(self) -> tuple[str | float, ...]:
+        """Room, start and goal, by which episodes of two drivers are paired."""
+        return self.room, *self.start, *self.goal
 
 
 @dataclass(frozen=True)
@@ -61,8 +63,8 @@ class DrivenCase:
 
     @property
     def task(self) -> str:
-        """Name of the task."""
-        return str(self.conditions["task"]["name"])
+        """Name of the task, of the room or of the rooms."""
+        return str(self.conditions.get("rooms") or self.conditions["task"]["name"])
 
     @property
     def control_timestep(self) -> float:
@@ -89,6 +91,7 @@ class DrivenCase:
 
 def _to_episode(content: Mapping[str, Any]) -> DrivenEpisode:
     return DrivenEpisode(
+        room=content.get("room", ""),  # a file of before has one room
         start=tuple(content["start"]),
         goal=tuple(content["goal"]),
         shortest_path=content["shortest_path"],

@@ -51,8 +51,8 @@ class TimedDriver:
 class _Collector(Observer):
     """Keeps every episode along some pairs."""
 
-    def __init__(self, driver: TimedDriver, pairs: Sequence[Pair]) -> None:
-        self._driver, self._pairs = driver, iter(pairs)
+    def __init__(self, driver: TimedDriver, pairs: Sequence[Pair], room: str) -> None:
+        self._driver, self._pairs, self._room = driver, iter(pairs), room
         self.episodes: list[DrivenEpisode] = []
         self.decision_ms: list[float] = []
 
@@ -61,7 +61,9 @@ class _Collector(Observer):
         pair, driver = next(self._pairs), self._driver
         smoothness = measure_smoothness(driver.turn_rates)
         took = median(driver.decision_ms)
-        self.episodes.append(DrivenEpisode(pair.start, pair.goal, pair.shortest_path, episode, smoothness, took))
+        self.episodes.append(
+            DrivenEpisode(self._room, pair.start, pair.goal, pair.shortest_path, episode, smoothness, took)
+        )
         self.decision_ms += driver.decision_ms
 
 
@@ -71,12 +73,18 @@ def drive(case: Case, folder: Path) -> None:
     Raises:
         UserError: the driver cannot be made, or gives no action.
     """
-    setup = case.set_up(folder)
-    pairs = case.pairs(setup)
-    driver = TimedDriver(setup.drivers[setup.name])
-    collector = _Collector(driver, pairs)
-    evaluate(setup.environment, driver, pairs, setup.config.task.control_timestep, (collector,))
-    versions = current_versions(setup.environment)
-    driven = DrivenCase(case.conditions(setup), versions, median(collector.decision_ms), collector.episodes)
-    driven.write(case.path(folder, setup))
-    setup.environment.close()
+    episodes: list[DrivenEpisode] = []
+    decision_ms: list[float] = []
+    for room in case.rooms:
+        setup = case.set_up(folder, room)
+        pairs = case.pairs(setup, room)
+        driver = TimedDriver(setup.drivers[setup.name])
+        collector = _Collector(driver, pairs, room)
+        evaluate(setup.environment, driver, pairs, setup.config.task.control_timestep, (collector,))
+        setup.environment.close()
+        episodes += collector.episodes
+        decision_ms += collector.decision_ms
+    first = case.set_up(folder)
+    driven = DrivenCase(case.conditions(first), current_versions(first.environment), median(decision_ms), episodes)
+    driven.write(case.path(folder, first))
+    first.environment.close()

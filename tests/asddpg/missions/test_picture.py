@@ -7,7 +7,7 @@ import pytest
 from PIL import Image
 
 from asddpg.missions.log import MissionLog
-from asddpg.missions.picture import MissionPicture
+from asddpg.missions.picture import draw_mission
 from tasks.physics import Physics
 from tasks.room_geometry.obstacles import Obstacles
 from tasks.scene.loading import scene_path
@@ -37,8 +37,7 @@ def is_like(found: Colour, colour: Colour) -> bool:
 def draw(folder: Path, log: MissionLog) -> Image.Image:
     """In nav_simple, whose map lacks `north`."""
     model = Physics.from_xml_path(str(scene_path("nav_simple"))).model.ptr
-    picture = MissionPicture(Obstacles.from_model(model), Obstacles.from_model(model, ["north"]))
-    picture.draw_mission(log, WITHIN)
+    picture = draw_mission(log, Obstacles.from_model(model), Obstacles.from_model(model, ["north"]), WITHIN)
     picture.write(folder / "mission.png", "mission 1: all targets reached")
     return Image.open(folder / "mission.png").convert("RGB")
 

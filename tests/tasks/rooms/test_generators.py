@@ -136,16 +136,16 @@ def test_rooms_have_no_more_obstacles_than_the_limit(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", GENERATORS)
-@pytest.mark.parametrize("number", range(6))
+@pytest.mark.parametrize("number", range(4))
 def test_every_room_compiles_and_its_robot_touches_nothing(name: str, number: int) -> None:
     model = compiled(name, number)
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    assert {model.geom("floor").id} >= {int(contact.geom.min()) for contact in data.contact}
+    assert data.ncon
     assert all("floor" in (model.geom(a).name, model.geom(b).name) for a, b in data.contact.geom)
 
 
-@pytest.mark.parametrize("name", (*WALLED, "cylinders"))
+@pytest.mark.parametrize("name", [*WALLED, "cylinders"])
 @many
 def test_the_largest_piece_of_the_floor_is_most_of_it(name: str, number: int) -> None:
     room = generated_room(name, number)
@@ -157,10 +157,9 @@ def test_the_largest_piece_of_the_floor_is_most_of_it(name: str, number: int) ->
 
 @pytest.mark.parametrize("name", WALLED)
 def test_starts_and_goals_are_drawn_in_walled_rooms_without_a_fence(name: str) -> None:
-    for number in range(3):
-        model = compiled(name, number)
-        assert not any("fence" in model.geom(geom).name for geom in range(model.ngeom))
-        FreeSpaceRule(model).draw(np.random.default_rng(0), np.zeros((0, 2)))
+    model = compiled(name, 0)
+    assert not any("fence" in model.geom(geom).name for geom in range(model.ngeom))
+    FreeSpaceRule(model).draw(np.random.default_rng(0), np.zeros((0, 2)))
 
 
 @pytest.mark.parametrize("name", ["cylinders", "open"])
@@ -169,11 +168,8 @@ def test_a_path_leads_from_each_start_to_its_goal(name: str, number: int) -> Non
     room = generated_room(name, number)
     assert room.pairs
     covered = shadows(room)
-    # The rows of cylinders have no way around.
-    x, y = zip(*(place[:2] for pair in room.pairs for place in pair), strict=True)
-    floor = shapely.box(min(x) - 9, min(y) - 9, max(x) + 9, max(y) + 9)
-    if name == "cylinders":
-        floor = shapely.box(-4.425, 0.0, -0.075, 14.0)
+    # No way leads around the rows of cylinders.
+    floor = shapely.box(-4.425, 0.0, -0.075, 14.0) if name == "cylinders" else shapely.box(-20, -20, 20, 20)
     pieces = shapely.get_parts(floor.difference(covered.buffer(0.24, quad_segs=16)))
     for start, goal in room.pairs:
         assert not covered.intersects(shapely.MultiPoint([start[:2], goal]).buffer(TURNING_RADIUS))
@@ -198,6 +194,10 @@ def test_the_share_counts_each_shape_at_its_yaw() -> None:
     yaw = (np.cos(pi / 8), 0.0, 0.0, np.sin(pi / 8))
     assert largest_share([*frame, box(0, 0, 4.2, 0.05, yaw)]) < 0.6
     assert largest_share([*frame, box(0, 0, 3.0, 0.05, yaw)]) > 0.99
+    # A disc leaves the corners, a square of its size nothing.
+    assert largest_share([*frame, cylinder(0, 0, 2.6)]) == pytest.approx(0.25)
+    # From wall to wall, only if it is turned to the left.
+    assert largest_share([*frame, box(-1, 1, 2.9, 0.05, yaw)]) == pytest.approx(0.85, abs=0.05)
     assert largest_share([*frame, *(cylinder(0, y, 0.2) for y in np.arange(-2.5, 3, 0.5))]) < 0.6
     assert largest_share([*frame, *(cylinder(0, y, 0.2) for y in np.arange(-2.5, 3, 1.25))]) > 0.9
 

@@ -8,9 +8,9 @@ import pytest
 
 from tasks.errors import TaskError
 from tasks.room_geometry.obstacles import Obstacles
-from tasks.rooms.mjcf_room import read_mjcf
 from tasks.rooms.room import Room, Shape
 from tasks.rooms.scene import compile_room
+from tasks.rooms.solid.mjcf_room import read_mjcf
 from tasks.scene.loading import MODELS, load_model, scene_path
 
 WALLS = "".join(

@@ -11,7 +11,7 @@ from tasks.physics import FloatArray
 from tasks.room_geometry.obstacles import Obstacles
 from tasks.rooms.room import Room, Shape
 from tasks.rooms.scene import compile_room
-from tasks.rooms.sdf_world import read_world
+from tasks.rooms.solid.sdf_world import read_world
 
 BOX = "<geometry><box><size>1 0.4 0.6</size></box></geometry>"
 GROUND = (

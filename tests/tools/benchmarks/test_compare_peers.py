@@ -15,11 +15,10 @@ from asddpg.episodes.drivers import controller_alone
 from asddpg.episodes.evaluation import evaluate
 from asddpg.errors import UserError
 from tasks.evaluation_pairs import stored_pairs
-from tools import compare_peers
-from tools.benchmarks import training
+from tools.benchmarks import compare_peers, training
+from tools.benchmarks.compare_peers import PeersArguments
 from tools.benchmarks.peer_runs import Evaluation, PeerRun, rates_of, train
 from tools.benchmarks.peer_settings import ALGORITHMS, SETTINGS
-from tools.compare_peers import PeersArguments
 
 
 class Model:
@@ -162,7 +161,7 @@ def test_a_damaged_file_and_an_empty_folder_are_one_sentence(
     compare_peers.main(["table", f"folder={tmp_path}"])
     assert "there is no finished run" in capsys.readouterr().out
     (tmp_path / "broken.json").write_text("{")
-    with pytest.raises(UserError, match=r"broken\.json is not a whole run of tools\.compare_peers"):
+    with pytest.raises(UserError, match=r"broken\.json is not a whole run of tools\.benchmarks\.compare_peers"):
         compare_peers.main(["table", f"folder={tmp_path}"])
 
 

@@ -20,7 +20,7 @@ SMOOTH = Smoothness(changes=0, total_change=0.0, large_changes=0, sign_flips=0)
 def episode(goal: float, outcome: str, steps: int, driven: float, smoothness: Smoothness = SMOOTH) -> DrivenEpisode:
     """From the origin to (goal, 0), whose shortest path is 2 m."""
     statistics = Episode(outcome, steps, path_length=driven)
-    return DrivenEpisode((0.0, 0.0, 0.0), (goal, 0.0), 2.0, statistics, smoothness, 1.0)
+    return DrivenEpisode("nav_empty", (0.0, 0.0, 0.0), (goal, 0.0), 2.0, statistics, smoothness, 1.0)
 
 
 def case(driver: str, *episodes: DrivenEpisode, **task: float | str) -> DrivenCase:

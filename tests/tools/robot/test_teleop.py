@@ -9,16 +9,16 @@ from asddpg.errors import UserError
 from tasks.constants import MAX_ANGULAR_VELOCITY, MAX_LINEAR_VELOCITY
 from tasks.physics import Velocity
 from tasks.registry import make_rule
-from tasks.scene.loading import open_scene
+from tasks.scene.loading import open_scene, robot_physics
 from tools import teleop
 from tools.robot import viewer
-from tools.robot.scene_argument import ROBOT_SCENE, scene_file
+from tools.robot.scene_argument import ROBOT_SCENE, scene_model
 from tools.robot.teleop_keys import ANGULAR_STEP, BACKSPACE, DOWN, LEFT, LINEAR_STEP, RIGHT, SPACE, UP, next_command
 from tools.teleop import TeleopSession
 
 
 def start_session(task: str) -> TeleopSession:
-    physics = open_scene(scene_file(task))
+    physics = robot_physics(scene_model(task), task)
     return TeleopSession(physics, make_rule(task, physics.model.ptr))
 
 

@@ -8,10 +8,11 @@ from pathlib import Path
 from xml.etree.ElementTree import Element
 
 from tasks.errors import TaskError
-from tasks.rooms.collector import MAX_OBSTACLES, Collector, quote
-from tasks.rooms.files import MAX_BYTES, UnreadError, find_within
-from tasks.rooms.meshes import read_mesh
-from tasks.rooms.xml_file import MAX_DEPTH, MAX_ELEMENTS, parse_numbers, read_xml, shorten
+from tasks.rooms.limits import MAX_BYTES
+from tasks.rooms.solid.collector import MAX_OBSTACLES, Collector, quote
+from tasks.rooms.solid.files import UnreadError, find_within
+from tasks.rooms.solid.meshes import read_mesh
+from tasks.rooms.solid.xml_file import MAX_DEPTH, MAX_ELEMENTS, parse_numbers, read_xml, shorten
 
 _ASSETS = ("mesh", "hfield")
 _BODY = ("body", "frame", "replicate", "geom", "joint", "freejoint", "inertial")

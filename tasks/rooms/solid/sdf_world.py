@@ -6,14 +6,14 @@ from pathlib import Path
 from xml.etree.ElementTree import Element
 
 from tasks.errors import TaskError
-from tasks.rooms.collector import Collector, quote
-from tasks.rooms.files import UnreadError
 from tasks.rooms.room import Room
-from tasks.rooms.sdf_files import SdfFiles
-from tasks.rooms.sdf_frames import Frames
-from tasks.rooms.sdf_geometry import Geometries, Solid
-from tasks.rooms.transforms import IDENTITY, Transform
-from tasks.rooms.xml_file import parse_sizes, shorten
+from tasks.rooms.solid.collector import Collector, quote
+from tasks.rooms.solid.files import UnreadError
+from tasks.rooms.solid.sdf_files import SdfFiles
+from tasks.rooms.solid.sdf_frames import Frames
+from tasks.rooms.solid.sdf_geometry import Geometries, Solid
+from tasks.rooms.solid.transforms import IDENTITY, Transform
+from tasks.rooms.solid.xml_file import parse_sizes, shorten
 
 MAX_MODELS = 20_000
 _MAX_NESTING = 20  # of models in models

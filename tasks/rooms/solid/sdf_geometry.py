@@ -11,9 +11,10 @@ from scipy.spatial import ConvexHull, QhullError
 
 from tasks.errors import TaskError
 from tasks.physics import FloatArray
-from tasks.rooms.collector import Collector, quote
-from tasks.rooms.files import UnreadError
-from tasks.rooms.meshes import (
+from tasks.rooms.room import Shape
+from tasks.rooms.solid.collector import Collector, quote
+from tasks.rooms.solid.files import UnreadError
+from tasks.rooms.solid.meshes import (
     MAX_PIECES,
     THICKNESS,
     Pieces,
@@ -23,10 +24,9 @@ from tasks.rooms.meshes import (
     reduce_to_hull,
     split_into_hulls,
 )
-from tasks.rooms.room import Shape
-from tasks.rooms.sdf_files import SdfFiles
-from tasks.rooms.transforms import Transform
-from tasks.rooms.xml_file import parse_numbers, parse_sizes, shorten
+from tasks.rooms.solid.sdf_files import SdfFiles
+from tasks.rooms.solid.transforms import Transform
+from tasks.rooms.solid.xml_file import parse_numbers, parse_sizes, shorten
 
 _HORIZONTAL = 0.9999  # of the vertical part of a plane's normal: a floor
 

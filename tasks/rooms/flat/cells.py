@@ -8,9 +8,9 @@ from scipy import ndimage
 from tasks.errors import TaskError
 from tasks.physics import Pose
 from tasks.room_geometry.grid import BoolArray
-from tasks.rooms.flat_shapes import to_quaternion
+from tasks.rooms.flat.flat_shapes import to_quaternion
+from tasks.rooms.flat.rectangles import cover
 from tasks.rooms.limits import MAX_OBSTACLES, MAX_WIDTH
-from tasks.rooms.rectangles import cover
 from tasks.rooms.room import Obstacle, box
 
 POCKET = 0.2  # m; free cells that no square of this side fits into are no floor
@@ -52,7 +52,7 @@ def _fill_pockets(occupied: BoolArray, cell: float) -> BoolArray:
     """Occupied cells, and the pieces of free ones without a square of side POCKET."""
     pieces, _ = ndimage.label(~occupied)
     side = max(1, round(POCKET / cell))
-    square_fits = ndimage.minimum_filter((~occupied).astype(np.uint8), side, mode="constant", cval=1)
+    square_fits = ndimage.minimum_filter((~occupied).astype(np.uint8), side, mode="constant", cval=0)
     is_floor = np.zeros(int(pieces.max()) + 1, dtype=bool)
     is_floor[pieces[square_fits > 0]] = True
     is_floor[0] = False

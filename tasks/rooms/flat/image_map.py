@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from tasks.errors import TaskError
-from tasks.rooms.cells import make_walls
+from tasks.rooms.flat.cells import make_walls
+from tasks.rooms.flat.pictures import read_picture
 from tasks.rooms.limits import to_length
-from tasks.rooms.pictures import read_picture
 from tasks.rooms.room import Room
 
 DARK = 0.5  # of white; what is darker is wall

@@ -10,10 +10,10 @@ from scipy import ndimage
 from tasks.errors import TaskError
 from tasks.physics import Pose
 from tasks.room_geometry.grid import BoolArray
-from tasks.rooms.cells import make_walls
+from tasks.rooms.flat.cells import make_walls
+from tasks.rooms.flat.pictures import Picture, read_picture
+from tasks.rooms.flat.plain_yaml import read_mapping
 from tasks.rooms.limits import to_length, to_number
-from tasks.rooms.pictures import Picture, read_picture
-from tasks.rooms.plain_yaml import read_mapping
 from tasks.rooms.room import Room
 
 OCCUPIED_THRESHOLD, FREE_THRESHOLD = 0.65, 0.196  # map_server's

@@ -8,8 +8,8 @@ import numpy as np
 from tasks.errors import TaskError
 from tasks.physics import FloatArray
 from tasks.rooms.room import Obstacle, Room, Shape
-from tasks.rooms.transforms import Transform
-from tasks.rooms.xml_file import shorten
+from tasks.rooms.solid.transforms import Transform
+from tasks.rooms.solid.xml_file import shorten
 
 MAX_OBSTACLES = 20_000
 MAX_HULLS = 2_000  # among them; MuJoCo takes 1 to 2 ms to compile one

@@ -6,7 +6,7 @@ import numpy as np
 import numpy.typing as npt
 
 from tasks.physics import FloatArray
-from tasks.rooms.files import UnreadError
+from tasks.rooms.solid.files import UnreadError
 
 IntArray = npt.NDArray[np.intp]
 

@@ -43,10 +43,12 @@ def split_polygon(corners: FloatArray) -> list[FloatArray]:
         ValueError: its edges cross or touch.
     """
     corners = corners[np.any(corners != np.roll(corners, 1, axis=0), axis=1)]  # the last may repeat the first
-    if len(corners) < 3 or abs(_area(corners)) < THINNEST:
+    if len(corners) < 3:
         return []
     if _edges_cross(corners):
-        raise ValueError("edges of the polygon cross")
+        raise ValueError("edges of the polygon cross or touch")
+    if abs(_area(corners)) < THINNEST:
+        return []
     corners = _drop_flat(corners if _area(corners) > 0.0 else corners[::-1])
     pieces = [corners] if (_corner_turns(corners) > 0.0).all() else _cut_ears(corners)
     return [piece for piece in pieces if _area(piece) >= THINNEST]

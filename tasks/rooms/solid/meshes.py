@@ -10,9 +10,10 @@ from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull, QhullError
 
 from tasks.physics import FloatArray
-from tasks.rooms.collada import read_collada
-from tasks.rooms.files import UnreadError, read_file
-from tasks.rooms.triangles import IntArray, read_obj, read_stl
+from tasks.rooms.limits import read_bytes
+from tasks.rooms.solid.collada import read_collada
+from tasks.rooms.solid.files import UnreadError
+from tasks.rooms.solid.triangles import IntArray, read_obj, read_stl
 
 MAX_TRIANGLES = 200_000  # of a mesh
 MAX_PIECES = 1_000  # that a mesh may become
@@ -49,9 +50,9 @@ def read_mesh(path: Path) -> tuple[FloatArray, IntArray]:
     """
     match path.suffix.lower():
         case ".obj":
-            points, triangles = read_obj(read_file(path))
+            points, triangles = read_obj(read_bytes(path))
         case ".stl":
-            points, triangles = read_stl(read_file(path))
+            points, triangles = read_stl(read_bytes(path))
         case ".dae":
             points, triangles = read_collada(path)
         case suffix:

@@ -6,10 +6,10 @@ from xml.etree.ElementTree import Element
 import numpy as np
 
 from tasks.errors import TaskError
-from tasks.rooms.collector import quote
-from tasks.rooms.files import UnreadError
-from tasks.rooms.transforms import IDENTITY, Transform
-from tasks.rooms.xml_file import parse_numbers
+from tasks.rooms.solid.collector import quote
+from tasks.rooms.solid.files import UnreadError
+from tasks.rooms.solid.transforms import IDENTITY, Transform
+from tasks.rooms.solid.xml_file import parse_numbers
 
 _LONGEST_CHAIN = 50  # of poses relative to one another
 

@@ -6,7 +6,7 @@ from xml.etree.ElementTree import Element, TreeBuilder
 from xml.parsers import expat
 
 from tasks.errors import TaskError
-from tasks.rooms.files import read_file
+from tasks.rooms.limits import read_bytes
 
 MAX_ELEMENTS = 500_000
 MAX_DEPTH = 100
@@ -21,9 +21,9 @@ def read_xml(path: Path, roots: tuple[str, ...]) -> Element:
         roots: names that the root may have.
 
     Raises:
-        TaskError: as read_file, or the file is no XML of such a root, or beyond the limits.
+        TaskError: as read_bytes, or the file is no XML of such a root, or beyond the limits.
     """
-    data = read_file(path)
+    data = read_bytes(path)
     try:
         root = _parse(data)
     except (expat.ExpatError, LookupError, ValueError) as error:

@@ -5,31 +5,9 @@ from pathlib import Path
 
 from tasks.errors import TaskError
 
-MAX_BYTES = 20_000_000  # of one file
-
 
 class UnreadError(TaskError):
     """Why a room must do without something that its file holds, half a sentence for `Room.omitted`."""
-
-
-def read_file(path: Path) -> bytes:
-    """The bytes of a regular file.
-
-    Raises:
-        TaskError: no such file, it cannot be read, or it is larger than MAX_BYTES.
-    """
-    try:
-        if not path.is_file():
-            raise TaskError(f"there is no file {path}")
-        with path.open("rb") as file:
-            data = file.read(MAX_BYTES + 1)
-    except TaskError:
-        raise
-    except (OSError, RuntimeError, ValueError) as error:  # a name too long, a circle of links, a zero byte
-        raise TaskError(f"the file {str(path)[:200]} cannot be read: {error}") from error
-    if len(data) > MAX_BYTES:
-        raise TaskError(f"the file {path} is larger than {MAX_BYTES // 1_000_000} MB")
-    return data
 
 
 def find_within(candidates: Iterable[Path], folders: Sequence[Path]) -> Path:

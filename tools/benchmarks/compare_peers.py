@@ -1,4 +1,4 @@
-"""Time of other algorithms to a good policy: `python -m tools.compare_peers [algorithm…]`.
+"""Time of other algorithms to a good policy: `python -m tools.benchmarks.compare_peers [algorithm…]`.
 
 Trains Stable-Baselines3's DDPG, TD3 and SAC with 16 robots of one vector environment, with the reward and the speeds of
 our preset of the task, in networks of our widths with our convolutions, in three settings of its own each, until the

@@ -8,7 +8,7 @@ import yaml
 from tasks.errors import TaskError
 from tasks.rooms.limits import read_bytes
 
-MAX_YAML_BYTES = 2_000_000  # PyYAML reads some 100 kB a second
+MAX_YAML_BYTES = 500_000  # PyYAML reads some 100 kB a second, 30 kB at worst
 
 
 def read_mapping(path: Path) -> dict[str, Any]:

@@ -7,8 +7,8 @@ from pathlib import Path
 from xml.etree.ElementTree import Element
 
 from tasks.errors import TaskError
-from tasks.rooms.files import UnreadError, find_within
-from tasks.rooms.xml_file import MAX_ELEMENTS, read_xml, shorten
+from tasks.rooms.solid.files import UnreadError, find_within
+from tasks.rooms.solid.xml_file import MAX_ELEMENTS, read_xml, shorten
 
 _OVERRIDES = ("pose", "static")  # what an <include> says of the model it brings
 

@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from tasks.errors import TaskError
 from tasks.physics import FloatArray
-from tasks.rooms.files import UnreadError
-from tasks.rooms.triangles import IntArray
-from tasks.rooms.xml_file import parse_numbers, read_xml
+from tasks.rooms.solid.files import UnreadError
+from tasks.rooms.solid.triangles import IntArray
+from tasks.rooms.solid.xml_file import parse_numbers, read_xml
 
 _MAX_INSTANCES = 1_000
 _MAX_CORNERS = 1_000_000  # of all instances

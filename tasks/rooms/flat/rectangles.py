@@ -30,6 +30,8 @@ def cover(occupied: BoolArray) -> IntArray:
 def _merge_runs(occupied: BoolArray) -> IntArray:
     edges = np.diff(np.pad(occupied, ((0, 0), (1, 1))).astype(np.int8), axis=1)
     (rows, begins), (_, ends) = np.nonzero(edges == 1), np.nonzero(edges == -1)
+    if not rows.size:
+        return np.zeros((0, 4), dtype=np.intp)
     order = np.lexsort((rows, ends, begins))
     rows, begins, ends = rows[order], begins[order], ends[order]
     follows = (np.diff(begins) == 0) & (np.diff(ends) == 0) & (np.diff(rows) == 1)

@@ -8,12 +8,12 @@ import numpy as np
 
 from tasks.errors import TaskError
 from tasks.physics import FloatArray
-from tasks.rooms.collector import Collector, quote
-from tasks.rooms.files import UnreadError
-from tasks.rooms.meshes import ellipsoid_points, reduce_to_hull
-from tasks.rooms.mjcf_file import read_solids
 from tasks.rooms.room import Room, Shape
-from tasks.rooms.transforms import Transform
+from tasks.rooms.solid.collector import Collector, quote
+from tasks.rooms.solid.files import UnreadError
+from tasks.rooms.solid.meshes import ellipsoid_points, reduce_to_hull
+from tasks.rooms.solid.mjcf_file import read_solids
+from tasks.rooms.solid.transforms import Transform
 
 _HORIZONTAL = 0.9999  # of the vertical part of a plane's normal: a floor
 _Type = mujoco.mjtGeom

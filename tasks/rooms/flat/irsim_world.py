@@ -9,14 +9,15 @@ import numpy as np
 
 from tasks.errors import TaskError
 from tasks.physics import FloatArray, Pose
-from tasks.rooms.flat_shapes import prism, split_polygon, to_quaternion, wall
+from tasks.rooms.flat.flat_shapes import prism, split_polygon, to_quaternion, wall
+from tasks.rooms.flat.plain_yaml import read_mapping
 from tasks.rooms.limits import MAX_OBSTACLES, check_obstacles, to_length, to_number
-from tasks.rooms.plain_yaml import read_mapping
 from tasks.rooms.room import Obstacle, Room, box, cylinder
 
 LINE_THICKNESS = 0.02  # m, of lines, which have none in IR-SIM
 WALL_THICKNESS = 0.1  # m, of the walls around the world, outside of it
-MAX_VERTICES = 400  # of a polygon or a line
+MAX_VERTICES = 200  # of a polygon or a line
+MAX_ALL_VERTICES = 50_000
 _ONLY_SHOWN = {"gui", "custom"}
 _DEFAULT_STATE = ["1", "1", "0"]  # IR-SIM's
 
@@ -40,7 +41,10 @@ def read_irsim(path: Path) -> Room:
         for number, entry in enumerate(entries if isinstance(entries, list) else [entries], 1):
             reader.add_entry(f"obstacle {number}", _mapping(entry, f"obstacle {number}"))
         for name in content.keys() - {"world", "obstacle"} - _ONLY_SHOWN:
-            reader.omit(str(name)[:40], "the robot of the task drives" if name == "robot" else "such a key is not read")
+            reader.omit(
+                str(name)[:40],
+                "not taken, the task has a robot of its own" if name == "robot" else "no such key is read",
+            )
         check_obstacles(reader.obstacles)
         return Room(tuple(reader.obstacles), tuple(reader.omitted))
     except TaskError as error:
@@ -53,6 +57,7 @@ class _Reader:
     def __init__(self) -> None:
         self.obstacles: list[Obstacle] = []
         self.omitted: dict[str, None] = {}  # in order, each once
+        self._vertices = 0
 
     def omit(self, name: str, reason: str) -> None:
         self.omitted[f"{name}: {reason}"] = None
@@ -105,6 +110,9 @@ class _Reader:
             self.obstacles.append(box(x, y, length / 2, width / 2, to_quaternion(pose.yaw), name))
         elif kind in ("polygon", "linestring"):
             corners = _place(_points(shape.get("vertices"), f"{name}: vertices"), pose)
+            self._vertices += len(corners)
+            if self._vertices > MAX_ALL_VERTICES:
+                raise TaskError(f"its polygons and lines have more than {MAX_ALL_VERTICES:,} vertices")
             self._add_polygon(name, corners) if kind == "polygon" else self._add_line(name, corners)
         else:
             self.omit(name, f"shape {_quote(kind)} is not read; circle, rectangle, polygon and linestring are")

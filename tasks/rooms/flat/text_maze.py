@@ -9,7 +9,7 @@ import numpy.typing as npt
 from tasks.errors import TaskError
 from tasks.physics import Pose
 from tasks.room_geometry.grid import BoolArray
-from tasks.rooms.cells import make_walls
+from tasks.rooms.flat.cells import make_walls
 from tasks.rooms.limits import check_cells, read_bytes, to_length
 from tasks.rooms.room import Point, Room
 

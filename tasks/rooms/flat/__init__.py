@@ -1,0 +1,1 @@
+"""Readers of flat rooms: maps, pictures, mazes of text, IR-SIM."""

@@ -1,0 +1,1 @@
+"""Readers of spatial rooms: Gazebo worlds and MJCF, with their meshes."""
