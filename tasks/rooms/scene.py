@@ -56,7 +56,7 @@ def build_scene(room: Room, num_beams: int | None = None) -> mujoco.MjSpec:
     if floor is None:
         low, high = low - FENCE_MARGIN, high + FENCE_MARGIN
         _add_fence(spec, low, high)
-        floor = _enclosed_floor(_compile(spec)) if _holds_pairs(room) else None
+        floor = _enclosed_floor(_compile(spec))
     if floor is None:
         raise TaskError("the room leaves no free place that the robot fits in")
     x, y = room.pairs[0][0][:2] if room.pairs else _widest_place(*floor)
