@@ -75,11 +75,14 @@ def evaluate(
         observers: notified of the episodes.
         before_episode: called before each; may raise to stop the evaluation.
     """
-    environment.reset(seed=0)  # of the laser's noise: the same evaluation has the same result
-    episodes, shortest_paths = [], []
+    episodes: list[Episode] = []
+    shortest_paths = []
     for pair in pairs:
+        options = {"start": pair.start, "goal": pair.goal}
+        if not episodes:
+            environment.reset(seed=0, options=options)  # of the laser's noise: the same evaluation has the same result
         before_episode()
-        episodes.append(run_episode(environment, agent, observers, options={"start": pair.start, "goal": pair.goal}))
+        episodes.append(run_episode(environment, agent, observers, options=options))
         shortest_paths.append(pair.shortest_path)
     return summarize_episodes(episodes, shortest_paths, control_timestep)
 

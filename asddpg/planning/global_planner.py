@@ -11,7 +11,9 @@ Point = tuple[float, float]
 # Cost of a cell's width of way, navfn's: of a free cell, and of each unit of a costmap's cost beyond it.
 NEUTRAL_COST, COST_FACTOR = 50.0, 0.8
 GOAL_TOLERANCE = 0.3  # m; a goal that cannot be stood on is replaced by the nearest cell within this
-SMOOTHING = 0.5  # m of path that each point is averaged over
+# The path is averaged over so many metres so often, except where that would cost more and brings it nearer to an
+# obstacle than the inscribed radius and a margin, metres.
+SMOOTHING, PASSES, SMOOTHING_MARGIN = 0.5, 4, 0.1
 
 
 def plan_path(costmap: Costmap, start: Point, goal: Point) -> FloatArray | None:
@@ -58,14 +60,17 @@ def _nearest_passable(costmap: Costmap, point: Point) -> IntArray | None:
 
 
 def _smooth(costmap: Costmap, path: FloatArray) -> FloatArray:
-    """Average the path over SMOOTHING, except where that would cost more."""
+    """Average the path along itself, PASSES times."""
+    allowed = costmap.inflation.cost(costmap.inflation.inscribed_radius + SMOOTHING_MARGIN)
     index = np.arange(len(path))
     # Near its ends the window shrinks evenly: both keep their places.
     half = np.minimum(np.minimum(index, index[::-1]), round(SMOOTHING / 2 / costmap.grid.resolution))
-    sums = np.concatenate([np.zeros((1, 2)), np.cumsum(path, axis=0)])
-    smoothed = (sums[index + half + 1] - sums[index - half]) / (2 * half + 1)[:, None]
-    is_worse = costmap.cost_at(smoothed) > costmap.cost_at(path)
-    return np.where(is_worse[:, None], path, smoothed)
+    for _ in range(PASSES):
+        sums = np.concatenate([np.zeros((1, 2)), np.cumsum(path, axis=0)])
+        smoothed = (sums[index + half + 1] - sums[index - half]) / (2 * half + 1)[:, None]
+        is_worse = costmap.cost_at(smoothed) > np.maximum(costmap.cost_at(path), allowed)
+        path = np.where(is_worse[:, None], path, smoothed)
+    return path
 
 
 def nearest_index(path: FloatArray, position: Point) -> int:

@@ -37,8 +37,8 @@ class LogOddsMap:
     def clear(self) -> None:
         """Forget all scans."""
         self._log_odds = np.zeros(self._layout.cells.size)
-        self._seen = np.zeros(self._layout.cells.size, dtype=bool)
-        self._write_grid()
+        self._cells = np.full(self._layout.cells.size, UNKNOWN, dtype=np.int8)
+        self._copy_grid()
 
     def insert(
         self,
@@ -75,9 +75,10 @@ class LogOddsMap:
         passed = passed[~np.isin(passed, hits)]
         np.add.at(self._log_odds, passed, self._options.miss)
         self._log_odds[hits] += self._options.hit
-        np.clip(self._log_odds, -self._options.limit, self._options.limit, out=self._log_odds)
-        self._seen[passed] = self._seen[hits] = True
-        self._write_grid()
+        met = np.concatenate([passed, hits])
+        self._log_odds[met] = np.clip(self._log_odds[met], -self._options.limit, self._options.limit)
+        self._cells[met] = np.rint(100.0 / (1.0 + np.exp(-self._log_odds[met])))
+        self._copy_grid()
 
     def _passed(self, begin: FloatArray, directions: FloatArray, lengths: FloatArray) -> IntArray:
         """Indices of the cells that beams pass before their ends, each cell once a beam."""
@@ -95,8 +96,7 @@ class LogOddsMap:
         indices = cells[..., 0] * self._layout.shape[1] + cells[..., 1]
         return np.where(self._layout.contains(cells), indices, -1)
 
-    def _write_grid(self) -> None:
-        probability = 1.0 / (1.0 + np.exp(-self._log_odds))
-        percent = np.where(self._seen, np.rint(100.0 * probability), UNKNOWN).astype(np.int8)
+    def _copy_grid(self) -> None:
+        """The grid of before stays as it was: others may hold it."""
         layout = self._layout
-        self.grid = OccupancyGrid(percent.reshape(layout.shape), layout.resolution, layout.origin)
+        self.grid = OccupancyGrid(self._cells.copy().reshape(layout.shape), layout.resolution, layout.origin)

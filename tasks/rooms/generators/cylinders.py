@@ -8,7 +8,7 @@ from scipy import ndimage
 
 from tasks.errors import TaskError
 from tasks.physics import Pose
-from tasks.rooms.generators.connected import LEAST_SHARE, MOST_OBSTACLES, largest_share
+from tasks.rooms.generators.connected import LEAST_SHARE, MOST_OBSTACLES, TURNING_RADIUS, largest_share
 from tasks.rooms.generators.parts import THICKNESS
 from tasks.rooms.room import Obstacle, Point, Room, box, cylinder
 
@@ -25,7 +25,7 @@ STEPS = (1, 4)  # of the automaton, least and most
 LONELY = 2  # a cylinder with fewer neighbours goes
 CROWDED = 5  # a free cell with as many is filled
 
-CLEARANCE = 0.24  # m; half the robot's width and 5 cm
+CLEARANCE = TURNING_RADIUS  # m; the robot cannot drive backwards, and would be trapped where it cannot turn
 _FINE = 4  # points of the search along a cell
 _DIP = 0.0012  # m; so much nearer to a cylinder is a diagonal step's middle than its ends, at most
 _EDGE = 4  # cells of free floor before and behind the field in the search

@@ -118,6 +118,12 @@ def test_the_path_takes_the_wall_where_the_detour_costs_more() -> None:
     np.testing.assert_allclose(path[:, 1], 0.55)
 
 
+@pytest.fixture
+def smooths_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(global_planner, "PASSES", 1)
+
+
+@pytest.mark.usefixtures("smooths_once")
 def test_smoothing_averages_over_a_window_that_shrinks_towards_the_ends() -> None:
     path = np.array([(1.05, 1.05), (1.15, 1.05), (1.25, 1.05), (1.25, 1.15), (1.25, 1.25)])
     smoothed = global_planner._smooth(costmap_of(free_map()), path)
@@ -126,7 +132,9 @@ def test_smoothing_averages_over_a_window_that_shrinks_towards_the_ends() -> Non
     np.testing.assert_allclose(smoothed, expected, atol=1e-12)
 
 
-def test_the_smoothed_path_costs_nowhere_more_than_the_raw_one(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_smoothing_brings_the_path_nowhere_nearer_to_an_obstacle_than_its_margin(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     """Cells at random leave many narrow passages."""
     rng, differs = np.random.default_rng(3), 0
     for _ in range(10):
@@ -139,13 +147,15 @@ def test_the_smoothed_path_costs_nowhere_more_than_the_raw_one(monkeypatch: pyte
         raw = plan_path(costmap, (0.25, 0.25), (3.75, 3.75))
         if smoothed is None or raw is None:
             continue
-        assert (costmap.cost_at(smoothed) <= costmap.cost_at(raw)).all()
+        allowed = costmap.inflation.cost(costmap.inflation.inscribed_radius + global_planner.SMOOTHING_MARGIN)
+        assert (costmap.cost_at(smoothed) <= np.maximum(costmap.cost_at(raw), allowed)).all()
         assert smoothed[0] == pytest.approx(raw[0])
         assert smoothed[-1] == pytest.approx(raw[-1])
         differs += int(np.hypot(*(smoothed - raw).T).max() > 0.02)
     assert differs >= 5
 
 
+@pytest.mark.usefixtures("smooths_once")
 def test_a_point_that_smoothing_would_move_to_a_dearer_cell_stays() -> None:
     grid = free_map()
     grid.cells[12, 11] = OCCUPIED  # inside of the corner, its centre at (1.15, 1.25)

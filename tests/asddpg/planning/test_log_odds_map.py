@@ -11,12 +11,13 @@ from asddpg.planning.occupancy_grid import FREE, OCCUPIED, UNKNOWN, OccupancyGri
 
 MAX_RANGE = 5.0
 ROW = (0.05, 0.25, 0.0)  # the centre of row 2's first cell, facing along the row
+CLEAR = LogOddsOptions(miss=-0.4)
 
 
 @pytest.fixture
 def found() -> LogOddsMap:
     """10 × 5 cells of 0.1 m, the lowest corner at the origin."""
-    return LogOddsMap(OccupancyGrid.filled((0.0, 0.0), (1.0, 0.5), 0.1))
+    return LogOddsMap(OccupancyGrid.filled((0.0, 0.0), (1.0, 0.5), 0.1), CLEAR)
 
 
 def insert(
@@ -90,7 +91,7 @@ def test_a_beam_without_a_return_occupies_nothing(found: LogOddsMap, nothing: fl
 
 
 def test_a_beam_without_a_return_has_passed_as_far_as_the_laser_sees() -> None:
-    found = LogOddsMap(OccupancyGrid.filled((0.0, 0.0), (1.0, 0.1), 0.1))
+    found = LogOddsMap(OccupancyGrid.filled((0.0, 0.0), (1.0, 0.1), 0.1), CLEAR)
     found.insert((0.05, 0.05, 0.0), np.array([math.inf]), np.array([0.0]), (0.0, 0.0), 0.5)
     assert found.grid.cells[0].tolist() == [40] * 6 + [UNKNOWN] * 4  # up to x = 0.55
 
@@ -119,7 +120,7 @@ def test_beams_turn_with_the_robot_about_its_laser(found: LogOddsMap) -> None:
 
 
 def test_an_oblique_beam_frees_the_cells_on_its_way_once() -> None:
-    found = LogOddsMap(OccupancyGrid.filled((0.0, 0.0), (1.0, 1.0), 0.1))
+    found = LogOddsMap(OccupancyGrid.filled((0.0, 0.0), (1.0, 1.0), 0.1), CLEAR)
     insert(found, [0.5], (0.05, 0.055, 0.0), beams=(math.atan2(3.0, 4.0),))  # to (0.45, 0.355)
     cells = found.grid.cells
     assert cells[3, 4] == 70
