@@ -36,6 +36,7 @@ from asddpg.config import (
 from asddpg.episodes.protocols import Action, Controller
 from asddpg.episodes.random_streams import stream
 from asddpg.errors import UserError, truncated_repr
+from asddpg.messages import print_line
 from asddpg.recording.live.controls import Steering
 from asddpg.recording.live.live_view import LiveView
 from asddpg.recording.pictures.cameras import Cameras
@@ -43,12 +44,21 @@ from asddpg.recording.samples import ReadNavigation
 from tasks import NavigationConfig, Reward
 from tasks.gymnasium_api.navigation_env import NavigationEnv, id_and_scene
 from tasks.gymnasium_api.navigation_vector_env import NavigationVectorEnv
+from tasks.rooms.reading import find_room, is_room
 
 
 def make_environment(task: TaskConfig, reward: Reward) -> gymnasium.Env:
     """The task as a Gymnasium environment, actions in m/s and rad/s."""
     config, (environment_id, scene) = _navigation_config(task), id_and_scene(task.name)
     return gymnasium.make(environment_id, **scene, reward=reward, config=config, num_scans=task.num_scans)
+
+
+def note_omitted(task_name: str) -> None:
+    """Print what of a room's file its room lacks."""
+    omitted = find_room(task_name).omitted if is_room(task_name) else ()
+    if omitted:
+        others = f"; python -m tools.room names {len(omitted) - 1} more" if len(omitted) > 1 else ""
+        print_line(f"note: of {task_name} was not taken: {omitted[0]}{others}")
 
 
 def make_robots(

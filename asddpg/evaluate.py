@@ -14,7 +14,7 @@ from tqdm import tqdm
 
 from asddpg.build import make_cameras, navigation_env, prepare_torch
 from asddpg.command_line import driver_config
-from asddpg.config import EvaluateConfig
+from asddpg.config import EvaluateConfig, TaskConfig
 from asddpg.drivers.baselines import PLANNERS
 from asddpg.drivers.driver_setup import DriverSetup, set_up_driver
 from asddpg.episodes.evaluation import EvaluationResult, evaluate, table
@@ -26,6 +26,7 @@ from asddpg.planning.navigation_view import view_plan
 from asddpg.program import run
 from asddpg.recording.how_to_open import how_to_open
 from asddpg.runs.provenance import current_versions
+from asddpg.runs.room_pairs import kept_pairs
 from asddpg.runs.run_folder import RunFolder, write_json
 from tasks.evaluation_pairs import fresh_pairs, stored_pairs
 from tasks.room_geometry.held_out import Pair
@@ -38,7 +39,7 @@ def main(arguments: Sequence[str]) -> None:
     config = driver_config(EvaluateConfig, arguments)
     setup = set_up_driver(config, "evaluate", config.seed or 0)
     task = setup.config.task
-    pairs, pairs_name = _pairs(config, task.name, task.goal_radius)
+    pairs, pairs_name = _pairs(config, task)
     file = RunFolder(setup.out).evaluation
     cameras = make_cameras(config.record, navigation_env(setup.environment))
     notify = partial(tqdm.write, file=ERR)
@@ -67,12 +68,13 @@ def _content(config: EvaluateConfig, setup: DriverSetup, pairs_name: str, result
     return {**content, **result.as_dict(), **controller, **planner, **current_versions(setup.environment)}
 
 
-def _pairs(config: EvaluateConfig, task_name: str, goal_radius: float) -> tuple[Sequence[Pair], str]:
+def _pairs(config: EvaluateConfig, task: TaskConfig) -> tuple[Sequence[Pair], str]:
     if config.seed is not None:
-        fresh = fresh_pairs(task_name, np.random.default_rng(config.seed), config.episodes, goal_radius)
+        fresh = fresh_pairs(task.name, np.random.default_rng(config.seed), config.episodes, task.goal_radius)
         return fresh, f"{config.episodes} fresh pairs, seed {config.seed}"
-    stored = stored_pairs(task_name, "test", goal_radius, config.episodes)
-    if is_room(task_name):
+    kept = kept_pairs(config.run, task, "test")[: config.episodes]
+    stored = kept or stored_pairs(task.name, "test", task.goal_radius, config.episodes)
+    if is_room(task.name):
         return stored, f"{len(stored)} test pair{'s' * (len(stored) > 1)} of the room"
     if config.episodes > len(stored):
         raise UserError(f"the stored test set has {len(stored)} pairs, not {config.episodes}; seed= draws fresh ones")

@@ -23,6 +23,7 @@ from asddpg.build import (
     make_cameras,
     make_live,
     make_robots,
+    note_omitted,
     prepare_torch,
 )
 from asddpg.command_line import GROUPS, resumed_config, train_config
@@ -40,6 +41,7 @@ from asddpg.runs import weights_file
 from asddpg.runs.lock import RunLock
 from asddpg.runs.provenance import current_versions, recording_provenance, update_provenance
 from asddpg.runs.rewind import check_logs, keep_test, rewind
+from asddpg.runs.room_pairs import keep_pairs
 from asddpg.runs.run_folder import RunFolder, check_unused, create_run, open_run_folder, read_training, write_json
 from asddpg.runs.safe_loading import controller_argument, controller_named_in
 from asddpg.runs.signals import Stopped
@@ -71,10 +73,12 @@ def begin(arguments: Sequence[str]) -> None:
     check_device(config.device)
     check_unused(config.run_dir)
     parts = _make(config)
+    note_omitted(config.task.name)
     provenance = current_versions(parts.robots.envs[0])
     folder = create_run(config)
     with RunLock(folder.path) as lock:
         folder.write_config(config, provenance)
+        keep_pairs(folder, config.task)
         print_line(f"training {config.agent.name} on {config.task.name}, {config.total_steps} steps, in {folder.path}")
         training = Training(parts, folder, lock, recording_provenance(config, provenance))
         _run(training, parts, folder, provenance)
@@ -170,7 +174,7 @@ def _finish(parts: Parts, folder: RunFolder, provenance: dict[str, str], seconds
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # kB on Linux
     write_json(folder.resources, {"training_seconds": round(seconds, 1), "peak_memory_mb": round(peak, 1)})
     if tested:
-        print_line(f"actor alone on {config.test_episodes} stored test pairs:\n{table(tested)}")
+        print_line(f"actor alone on {tested['last'].episodes} stored test pairs:\n{table(tested)}")
     print_line(f"{config.total_steps / seconds:.0f} steps/s, peak memory {peak:.0f} MB")
     arguments = f"run={shlex.quote(str(folder.path))}{controller_argument(config)}"
     print_line(f"the run is in {folder.path}; evaluate it: {python()} -m asddpg.evaluate {arguments}")

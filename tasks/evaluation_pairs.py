@@ -1,8 +1,9 @@
 """Start-goal pairs for an evaluation, drawn or stored, with the shortest paths that SPL needs."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache
+from math import hypot, isfinite, sqrt
 
 import mujoco
 import numpy as np
@@ -13,23 +14,31 @@ from tasks.registry import OWN_ROOM, find_task, make_rule, task_model
 from tasks.room_geometry.grid import Grid
 from tasks.room_geometry.held_out import Pair, SetName, held_out_goals, held_out_pairs
 from tasks.room_geometry.obstacles import Obstacles
-from tasks.rooms.pairs import draw_sets
+from tasks.rooms.pairs import SIZES, draw_sets, room_digest
 from tasks.rooms.reading import find_room
+from tasks.rooms.room_rule import RoomRule
 
 CELL, ROOM_CELL = 0.05, 0.1  # m; of a room that is a file or is generated: its paths are not stored
+MOST_CELLS = 500_000  # of a large room cells grow with it: a search takes a second and half a gigabyte
 ROBOT_RADIUS = 0.19  # m: half the robot's width, to the centimetre: the space for driving straight through a gap
 
 
 def fresh_pairs(task_name: str, rng: np.random.Generator, count: int, goal_radius: float) -> tuple[Pair, ...]:
     """Draw pairs of a task as training does, away from the goals of the stored sets."""
-    held_out = np.zeros((0, 2)) if find_task(task_name) is OWN_ROOM else held_out_goals(task_name)
-    return draw_pairs(task_name, rng, count, goal_radius, held_out)
+    if find_task(task_name) is OWN_ROOM:
+        return draw_pairs(task_name, rng, count, goal_radius, np.zeros((0, 2)), ROOM_CELL)
+    return draw_pairs(task_name, rng, count, goal_radius, held_out_goals(task_name))
 
 
 def draw_pairs(
-    task_name: str, rng: np.random.Generator, count: int, goal_radius: float, held_out: FloatArray
+    task_name: str,
+    rng: np.random.Generator,
+    count: int,
+    goal_radius: float,
+    held_out: FloatArray,
+    cell: float = CELL,
 ) -> tuple[Pair, ...]:
-    """Draw pairs whose goals keep HELD_OUT_MARGIN from the held-out goals, (n, 2) metres."""
+    """Draw pairs whose goals keep HELD_OUT_MARGIN from the held-out goals, (n, 2) metres; `cell` as in find_paths."""
     model = task_model(task_name)
     rule = make_rule(task_name, model)
     drawn = [rule.draw(rng, held_out) for _ in range(count)]
@@ -37,24 +46,30 @@ def draw_pairs(
     pairs = [
         Pair(Pose(*(round(value, 3) for value in start)), (round(x, 3), round(y, 3)), np.inf) for start, (x, y) in drawn
     ]
-    return find_paths(pairs, model, goal_radius)
+    return find_paths(pairs, model, goal_radius, cell)
 
 
-@cache
 def stored_pairs(task_name: str, set_name: SetName, goal_radius: float, count: int | None = None) -> tuple[Pair, ...]:
     """The stored pairs of a task, or those of a room: the first `count`, or all.
 
     Shortest paths are computed anew for a goal radius other than GOAL_RADIUS, and in rooms that are files or generated.
     """
-    if find_task(task_name) is OWN_ROOM:
+    searched = None if count is None or count >= SIZES[set_name] else count
+    digest = room_digest(find_room(task_name)) if find_task(task_name) is OWN_ROOM else ""
+    return _search_pairs(task_name, digest, set_name, goal_radius, searched)[:count]
+
+
+@cache
+def _search_pairs(
+    task_name: str, digest: str, set_name: SetName, goal_radius: float, count: int | None
+) -> tuple[Pair, ...]:
+    """The pairs of a task, or of a room, which has a digest: its file may change."""
+    if digest:
         model = task_model(task_name)
-        return find_paths(_room_sets(task_name, model)[set_name][:count], model, goal_radius, ROOM_CELL)
+        pairs = draw_sets(find_room(task_name), RoomRule(model))[set_name][:count]
+        return find_paths(pairs, model, goal_radius, ROOM_CELL)
     pairs = held_out_pairs(task_name, set_name)[:count]
     return pairs if goal_radius == GOAL_RADIUS else find_paths(pairs, task_model(task_name), goal_radius)
-
-
-def _room_sets(task_name: str, model: mujoco.MjModel) -> Mapping[SetName, Sequence[Pair]]:
-    return draw_sets(find_room(task_name), make_rule(task_name, model))
 
 
 def find_paths(
@@ -62,9 +77,12 @@ def find_paths(
 ) -> tuple[Pair, ...]:
     """The pairs with the lengths of the shortest free paths to within `goal_radius` (m) of their goals.
 
-    The robot passes every gap of its width; inf where no path leads. They are found on a grid of `cell` metres.
+    The robot passes every gap of its width. They are found on a grid of `cell` metres, or more in a large room. Where
+    no path leads, as behind a box that can be pushed, the straight line counts.
     """
-    grid = Grid(Obstacles.from_model(model), ROBOT_RADIUS, cell)
+    obstacles = Obstacles.from_model(model)
+    area = float(np.prod(np.subtract(obstacles.high, obstacles.low)))
+    grid = Grid(obstacles, ROBOT_RADIUS, max(cell, sqrt(area / MOST_CELLS)))
     result = list(pairs)
     for start in {pair.start[:2] for pair in pairs}:
         from_start = grid.distances(grid.nearest(start))
@@ -72,5 +90,7 @@ def find_paths(
             if pair.start[:2] == start:
                 is_goal = np.sum((grid.points - pair.goal) ** 2, axis=1) <= goal_radius**2
                 length = float(from_start[is_goal].min(initial=np.inf))
+                if not isfinite(length):
+                    length = max(0.0, hypot(pair.goal[0] - start[0], pair.goal[1] - start[1]) - goal_radius)
                 result[index] = replace(pair, shortest_path=round(length, 3))
     return tuple(result)

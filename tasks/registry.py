@@ -125,7 +125,7 @@ def make_rule(task_name: str, model: mujoco.MjModel) -> PairRule:
 
 def _held_out(task_name: str, rule: PairRule) -> FloatArray:
     """Goals that no drawn goal comes near, (n, 2) metres: those of the evaluation sets, but not a room's own."""
-    if find_task(task_name) is not OWN_ROOM:
+    if not isinstance(rule, RoomRule):
         return held_out_goals(task_name)
     room = find_room(task_name)
     sets = {} if room.pairs else draw_sets(room, rule)

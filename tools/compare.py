@@ -22,7 +22,7 @@ from asddpg.program import run
 from tasks import ALL_TASKS
 from tasks.options import Range, between, option
 from tasks.rooms.reading import ROOMS, is_room
-from tools.comparison.cases import Case, expand_rooms
+from tools.comparison.cases import MOST_ROOMS, Case, expand_rooms
 from tools.comparison.driven_episodes import DrivenCase
 from tools.comparison.tables import write_tables
 from tools.comparison.worker_processes import drive_all
@@ -36,7 +36,7 @@ def _is_place(name: str) -> bool:
 
 TASKS = Range(
     lambda names: names and len(set(names)) == len(names) and all(map(_is_place, names)),
-    f"one or more of {', '.join(ALL_TASKS)}, each once, {ROOMS}, or several such as cylinders:0-49",
+    f"one or more of {', '.join(ALL_TASKS)}, each once, {ROOMS}, or up to {MOST_ROOMS} of them such as cylinders:0-49",
 )
 
 

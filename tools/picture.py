@@ -14,6 +14,7 @@ from asddpg.program import run
 from tasks.graphics.headless import mujoco
 from tasks.graphics.rendering import FREE, Picture
 from tasks.options import argument, option
+from tasks.rooms.reading import short_name
 from tools.drawing.picture_file import PICTURE_FILE, PICTURE_SIZE, open_renderer, picture_size, write
 from tools.robot.scene_argument import ROBOT, SCENE, scene_model
 
@@ -25,7 +26,7 @@ SEED = 3  # of the goal in a task's picture
 class PictureArguments:
     """The scene to draw, and how."""
 
-    scene: str = argument("A task, pioneer for the robot alone, or a path to any .xml scene.", values=SCENE)
+    scene: str = argument("A task, pioneer for the robot alone, an .xml scene, or a room.", values=SCENE)
     camera: str | None = option(
         None, "A camera of the scene, or free for the whole of it; null takes free, of the robot portrait."
     )
@@ -75,7 +76,7 @@ def main(arguments: Sequence[str]) -> None:
     """Render and write."""
     parsed = parse_arguments(PictureArguments, arguments)
     camera = parsed.camera or ("portrait" if parsed.scene == ROBOT else FREE)
-    write(Image.fromarray(render(parsed, camera)), parsed.file or Path(f"{Path(parsed.scene).stem}_{camera}.png"))
+    write(Image.fromarray(render(parsed, camera)), parsed.file or Path(f"{short_name(parsed.scene)}_{camera}.png"))
 
 
 if __name__ == "__main__":

@@ -4,6 +4,7 @@ Draws it from above, with the floor that the robot can turn on, lists what was t
 writes it as MJCF, with the robot, for any viewer.
 """
 
+import shlex
 from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -16,14 +17,13 @@ from asddpg.messages import print_line
 from asddpg.missions.room_picture import WALL, RoomPicture
 from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
-from asddpg.program import run
+from asddpg.program import python, run
 from tasks.options import Range, argument, option
-from tasks.room_geometry.footprints import Footprint
-from tasks.room_geometry.free_space import CELL, free_space
+from tasks.room_geometry.free_space import CELL
 from tasks.room_geometry.obstacles import Obstacles
-from tasks.room_geometry.start_goal import MARGIN
 from tasks.rooms.reading import ROOMS, find_room, is_room, short_name
 from tasks.rooms.room import Room
+from tasks.rooms.room_rule import RoomRule
 from tasks.rooms.scene import build_scene
 
 _FREE, _START, _GOAL = (226, 240, 217), (44, 160, 44), (31, 119, 180)
@@ -34,7 +34,7 @@ class RoomArguments:
     """The room, and where its picture and its scene go."""
 
     room: str = argument(f"A room: {ROOMS}.", values=Range(is_room, ROOMS))
-    picture: Path | None = option(None, "File of the picture; null takes <room>.png in the present folder.")
+    picture: Path | None = option(None, "File of the picture; null takes <room>_room.png in the present folder.")
     mjcf: Path | None = option(None, "File of the scene; null takes <room>_scene.xml in the present folder.")
 
 
@@ -45,13 +45,12 @@ def main(arguments: Sequence[str]) -> None:
     room = find_room(parsed.room)
     spec = build_scene(room)
     model = spec.compile()
-    picture, scene = parsed.picture or Path(f"{name}.png"), parsed.mjcf or Path(f"{name}_scene.xml")
+    picture, scene = parsed.picture or Path(f"{name}_room.png"), parsed.mjcf or Path(f"{name}_scene.xml")
     print_line(_describe(room, model))
     _draw(room, model).write(picture, f"{name}: {len(room.obstacles)} obstacles")
     write_whole(scene, spec.to_xml().encode())
-    print_line(
-        f"written to {picture} and {scene}; python -m asddpg.play agent=move_base task={parsed.room} drives in it"
-    )
+    drives = f"{python()} -m asddpg.play agent=move_base task={shlex.quote(parsed.room)}"
+    print_line(f"written to {picture} and {scene}; {drives} drives in it")
 
 
 def _describe(room: Room, model: mujoco.MjModel) -> str:
@@ -66,14 +65,15 @@ def _describe(room: Room, model: mujoco.MjModel) -> str:
 
 
 def _draw(room: Room, model: mujoco.MjModel) -> RoomPicture:
-    obstacles = Obstacles.from_model(model)
-    home_x, home_y, _ = model.body("base").pos.tolist()
-    free = free_space(obstacles, Footprint.from_model(model).radius + MARGIN, (home_x, home_y))
-    picture = RoomPicture(obstacles)
-    picture.fill_cells(free.centres, CELL, _FREE)
-    picture.draw_outlines(obstacles.outlines)
+    rule = RoomRule(model)
+    picture = RoomPicture(rule.obstacles)
+    picture.fill_cells(rule.places, CELL, _FREE)
+    picture.draw_outlines(rule.obstacles.outlines)
     picture.add_legend("obstacles", WALL)
     picture.add_legend("where the robot can turn and drive", _FREE)
+    if room.pairs:
+        picture.add_legend("starts", _START)
+        picture.add_legend("goals", _GOAL)
     for start, goal in room.pairs:
         picture.draw_circle(start[:2], 0.15, _START, is_filled=True)
         picture.draw_circle(goal, 0.3, _GOAL)

@@ -31,7 +31,7 @@ FRAME = 0.02  # s between two pictures; the command may change with each
 class TeleopArguments:
     """The scene to drive in."""
 
-    scene: str = argument("A task, pioneer for the robot on an open floor, or a path to any .xml scene.", values=SCENE)
+    scene: str = argument("A task, pioneer for the robot on an open floor, an .xml scene, or a room.", values=SCENE)
 
 
 class TeleopSession:

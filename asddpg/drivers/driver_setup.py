@@ -15,6 +15,7 @@ from asddpg.build import (
     make_agent,
     make_environment,
     navigation_env,
+    note_omitted,
 )
 from asddpg.command_line import BASELINES, train_config
 from asddpg.config import ControllerConfig, DrivingConfig, PlayConfig, RecordEvaluationConfig, TaskConfig, TrainConfig
@@ -34,6 +35,7 @@ from asddpg.runs.provenance import current_versions, environment_hash, recording
 from asddpg.runs.state_files import file_digest
 from tasks import ALL_TASKS
 from tasks.registry import find_task
+from tasks.rooms.reading import full_name, is_room
 
 
 @dataclass(frozen=True)
@@ -117,6 +119,7 @@ def set_up_driver(config: DrivingConfig, verb: str, seed: int, setting: Setting 
     check_device(config.device)
     if config.task is not None:
         find_task(config.task)
+        config = replace(config, task=full_name(config.task) if is_room(config.task) else config.task)
     if config.agent == "waypoints" and config.run is not None:
         setup = _lead_run(config, config.run, setting)
     elif config.agent is not None:
@@ -126,6 +129,7 @@ def set_up_driver(config: DrivingConfig, verb: str, seed: int, setting: Setting 
     else:
         what = f"run=<run_dir> or run=pretrained:<name>, or agent={'|'.join(BASELINES)} with task="
         raise UserError(f"{verb} what? {what}")
+    note_omitted(setup.config.task.name)
     if config.out is not None:
         setup = replace(setup, out=Path(config.out))
         setup.out.mkdir(parents=True, exist_ok=True)

@@ -1,5 +1,7 @@
 """What a mission's robot knows, and where it is sent."""
 
+import itertools
+import re
 from collections.abc import Sequence
 
 import mujoco
@@ -87,9 +89,10 @@ def _targets(
 
 
 def _draw_unmapped(seed: int, model: mujoco.MjModel) -> list[str]:
-    """Five obstacles that are no walls, or as many as there are."""
-    names = [name for name in obstacle_names(model) if not name.startswith("wall")]
-    whole = [name for name in names if not any(name.startswith(f"{other}_") for other in names)]
+    """Five obstacles that are no walls and no fence, or as many as there are."""
+    names = [name for name in obstacle_names(model) if not re.search(r"(^|_)(wall|fence)", name)]
+    parts = {name: itertools.accumulate(name.split("_"), "{}_{}".format) for name in names}
+    whole = [name for name in names if not any(part in parts for part in parts[name] if part != name)]
     rng = np.random.default_rng([seed, _OBSTACLES])
     drawn: list[str] = rng.permutation(whole)[:DRAWN_OBSTACLES].tolist()
     return drawn

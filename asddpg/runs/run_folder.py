@@ -33,6 +33,7 @@ class RunFolder:
         self.episodes = path / "episodes"  # recordings of the training
         self.test = path / "test.json"  # results of the test that ends the training, of both checkpoints
         self.resources = path / "resources.json"  # time and memory that the training took
+        self.pairs = path / "pairs.json"  # evaluation sets of a room that is a file or is generated
         self.evaluation = path / "evaluation.json"  # results of the last evaluation
         self.diagnosis = path / "diagnosis"  # of tools.diagnose
 

@@ -1,10 +1,11 @@
 """The stored evaluation sets: fixed start-goal pairs that training never sees."""
 
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -33,10 +34,12 @@ class Pair:
 @cache
 def held_out_pairs(task_name: str, set_name: SetName) -> tuple[Pair, ...]:
     """The stored pairs of a task: 50 for validation while training, 200 for the final test."""
-    stored = json.loads((FOLDER / f"{task_name}.json").read_text())
-    return tuple(
-        Pair(Pose(*row["start"]), (row["goal"][0], row["goal"][1]), row["shortest_path"]) for row in stored[set_name]
-    )
+    return pairs_of_rows(json.loads((FOLDER / f"{task_name}.json").read_text())[set_name])
+
+
+def pairs_of_rows(rows: Sequence[Mapping[str, Any]]) -> tuple[Pair, ...]:
+    """The pairs of a file's rows."""
+    return tuple(Pair(Pose(*row["start"]), (row["goal"][0], row["goal"][1]), row["shortest_path"]) for row in rows)
 
 
 @cache

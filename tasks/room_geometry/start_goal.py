@@ -41,7 +41,8 @@ class PairRule(Protocol):
         """
 
 
-def _is_held_out(goal: FloatArray | tuple[float, float], held_out: FloatArray) -> bool:
+def is_held_out(goal: FloatArray | tuple[float, float], held_out: FloatArray) -> bool:
+    """Whether a goal lies within HELD_OUT_MARGIN of one of the held-out goals, (n, 2), metres."""
     return bool(len(held_out)) and bool(np.min(np.sum((held_out - goal) ** 2, axis=1)) <= HELD_OUT_MARGIN**2)
 
 
@@ -59,7 +60,7 @@ class OriginRule:
         for _ in range(_MAX_DRAWS):
             goal = rng.uniform(-reach, reach, size=2)
             in_centre = bool(np.all(np.abs(goal) < CENTRE_HALF_SIZE))
-            if in_centre or _is_held_out(goal, held_out):
+            if in_centre or is_held_out(goal, held_out):
                 continue
             if self.obstacles.clearance(goal) >= OBSTACLE_MARGIN:
                 x, y = goal.tolist()
@@ -110,7 +111,7 @@ class FreeSpaceRule:
         for _ in range(_MAX_DRAWS):
             start = int(self._starts[rng.integers(len(self._starts))])
             goal = free.draw_place(free.goal_cell(start, int(rng.integers(self._first[start], self._last[start]))), rng)
-            if not _is_held_out(goal, held_out):
+            if not is_held_out(goal, held_out):
                 return Pose(*free.draw_place(start, rng), rng.uniform(-pi, pi)), goal
         raise TaskError(
             f"none of {_MAX_DRAWS} goals drawn lies farther than {HELD_OUT_MARGIN} m from every held-out goal"

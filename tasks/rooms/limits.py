@@ -13,6 +13,7 @@ MAX_BYTES = 20_000_000
 MAX_CELLS = 16_000_000  # 4000 × 4000
 MAX_OBSTACLES = 20_000
 MIN_LENGTH, MAX_WIDTH = 1e-4, 500.0  # m
+MAX_AREA = 40_000  # m² of the rectangle around a room: grids over it take half a gigabyte
 MAX_COORDINATE = 1e6  # m; beyond it floor grids and pictures lose millimetres
 
 

@@ -57,11 +57,13 @@ def find_room(name: str) -> Room:
     path = Path(_split(name)[0])
     try:
         status = path.stat()
-    except OSError as error:
+        if not path.is_file():
+            raise TaskError(f"{path} is no file")
+    except FileNotFoundError as error:
         raise TaskError(f"there is no file {path}") from error
-    if not path.is_file():
-        raise TaskError(f"{path} is no file")
-    return _read(name, status.st_mtime_ns, status.st_size)
+    except (OSError, ValueError) as error:  # a name too long, one with a zero byte, a folder that is closed
+        raise TaskError(f"the file {path} cannot be read: {error}") from error
+    return _read(full_name(name), status.st_mtime_ns, status.st_size)
 
 
 def full_name(name: str) -> str:

@@ -1,31 +1,75 @@
 """The rule of starts and goals in a room that is a file or is generated."""
 
 from functools import cached_property
+from math import pi
 
 import mujoco
 import numpy as np
 
+from tasks.errors import TaskError
 from tasks.physics import FloatArray, Pose
+from tasks.room_geometry.footprints import Footprint
+from tasks.room_geometry.free_space import CELL
+from tasks.room_geometry.grid import BoolArray, Grid
 from tasks.room_geometry.obstacles import Obstacles
-from tasks.room_geometry.start_goal import FreeSpaceRule
+from tasks.room_geometry.start_goal import DEFAULT_MIN_PATH, MARGIN, is_held_out
+from tasks.rooms.free_floor import label_pieces
+
+_MAX_DRAWS = 10_000
 
 
 class RoomRule:
-    """FreeSpaceRule, whose maps are made with the first draw: a room with pairs of its own may need none."""
+    """From any place where the robot can turn to any such place that it can drive to, at least 1 m away.
+
+    FreeSpaceRule measures paths, which takes a minute in a hall; here the straight line bounds them.
+
+    Attributes:
+        obstacles: of the room.
+    """
 
     def __init__(self, model: mujoco.MjModel) -> None:
-        """Prepare a room, by its compiled scene."""
+        """Prepare a room, by its compiled scene; its map is made with the first draw."""
         self._model = model
         self.obstacles = Obstacles.from_model(model)
 
+    def __deepcopy__(self, _: object) -> "RoomRule":
+        """It never changes: copies of an environment share its map."""
+        return self
+
+    @property
+    def places(self) -> FloatArray:
+        """Centres of the cells, CELL wide, of the floor: (n, 2), metres; TaskError where there is none."""
+        return self._places[0]
+
     @cached_property
-    def _rule(self) -> FreeSpaceRule:
-        return FreeSpaceRule(self._model)
+    def _places(self) -> tuple[FloatArray, FloatArray]:
+        """The same, and how far a place may lie from its centre along x and along y."""
+        radius = Footprint.from_model(self._model).radius + MARGIN
+        grid = Grid(self.obstacles, radius, CELL)
+        cells = np.flatnonzero(self._floor(grid))
+        return grid.points[cells], np.minimum(CELL / 2, (grid.clearance[cells] - radius) / np.sqrt(2))
+
+    def _floor(self, grid: Grid) -> BoolArray:
+        """The piece of free floor around the robot, or the largest that walls enclose."""
+        pieces = label_pieces(grid)
+        x, y, _ = self._model.body("base").pos.tolist()
+        piece = pieces.labels.flat[grid.nearest((x, y))] or pieces.enclosed.argmax()
+        if not piece:
+            raise TaskError("the room leaves no free place where the robot can turn")
+        return np.asarray(pieces.labels == piece)
 
     def draw(self, rng: np.random.Generator, held_out: FloatArray) -> tuple[Pose, tuple[float, float]]:
         """Draw a start and a goal; TaskError where the room leaves none."""
-        return self._rule.draw(rng, held_out)
+        for _ in range(_MAX_DRAWS):
+            (start, goal), yaw = (self._draw_place(rng) for _ in range(2)), rng.uniform(-pi, pi)
+            if np.hypot(goal[0] - start[0], goal[1] - start[1]) >= DEFAULT_MIN_PATH and not is_held_out(goal, held_out):
+                return Pose(*start, yaw), goal
+        raise TaskError(
+            f"{_MAX_DRAWS} draws found no start and goal {DEFAULT_MIN_PATH:g} m apart: the room leaves too little floor"
+        )
 
-    def __deepcopy__(self, _: object) -> "RoomRule":
-        """It never changes: copies of an environment share its maps."""
-        return self
+    def _draw_place(self, rng: np.random.Generator) -> tuple[float, float]:
+        centres, play = self._places
+        cell = int(rng.integers(len(centres)))
+        x, y = (centres[cell] + play[cell] * rng.uniform(-1.0, 1.0, 2)).tolist()
+        return x, y

@@ -1,6 +1,7 @@
 """From a room to a compiled scene: the robot, the floor and the goal of the project's own rooms, and its obstacles."""
 
 import re
+from collections import Counter
 from functools import cache
 
 import mujoco
@@ -14,7 +15,8 @@ from tasks.room_geometry.footprints import Footprint
 from tasks.room_geometry.free_space import CELL
 from tasks.room_geometry.grid import BoolArray, Grid
 from tasks.room_geometry.obstacles import Obstacles
-from tasks.rooms.limits import check_obstacles
+from tasks.rooms.free_floor import label_pieces
+from tasks.rooms.limits import MAX_AREA, MAX_WIDTH, check_obstacles
 from tasks.rooms.room import HEIGHT, Obstacle, Point, Room, Shape
 from tasks.scene.checks import find_invalid_number
 from tasks.scene.loading import MODELS
@@ -52,9 +54,11 @@ def build_scene(room: Room, num_beams: int | None = None) -> mujoco.MjSpec:
     check_obstacles(room.obstacles)
     spec = _add_obstacles(room, num_beams)
     low, high = _extent(room)
+    _check_area(low, high)
     floor = _enclosed_floor(_compile(spec)) if _holds_pairs(room) else None
     if floor is None:
         low, high = low - FENCE_MARGIN, high + FENCE_MARGIN
+        _check_area(low, high)
         _add_fence(spec, low, high)
         floor = _enclosed_floor(_compile(spec))
     if floor is None:
@@ -88,9 +92,7 @@ def _compile(spec: mujoco.MjSpec) -> mujoco.MjModel:
 
 def _add_obstacles(room: Room, num_beams: int | None) -> mujoco.MjSpec:
     spec = _template(num_beams).copy()
-    names = _Names(spec)
-    for obstacle in room.obstacles:
-        name = names.choose(obstacle.name or str(obstacle.shape))
+    for name, obstacle in zip(_choose_names(room, spec), room.obstacles, strict=True):
         mesh = f"{name}_points" if obstacle.shape is Shape.HULL else ""
         if mesh:
             spec.add_mesh(name=mesh, uservert=np.ravel(obstacle.points))
@@ -106,22 +108,30 @@ def _add_obstacles(room: Room, num_beams: int | None) -> mujoco.MjSpec:
     return spec
 
 
-class _Names:
-    """Gives each obstacle a name of its own that no part of the robot has."""
+def _choose_names(room: Room, spec: mujoco.MjSpec) -> list[str]:
+    """A name for each obstacle that no other and no part of the robot has: those of the same name are numbered.
 
-    def __init__(self, spec: mujoco.MjSpec) -> None:
-        self._taken = {element.name for part in (spec.geoms, spec.bodies, spec.meshes) for element in part}
-        self._last: dict[str, int] = {}
+    All of them, from 1: `box` beside `box_1` would name both, as a table's name does its legs.
+    """
+    wanted = [_plain(obstacle.name or str(obstacle.shape)) for obstacle in room.obstacles]
+    counts, numbers = Counter(wanted), Counter[str]()
+    robot = {element.name for part in (spec.geoms, spec.bodies, spec.meshes) for element in part}
+    taken = robot | {name for name in wanted if counts[name] == 1}
+    names = []
+    for name in wanted:
+        chosen = name
+        while counts[name] > 1 or name in robot:
+            numbers[name] += 1
+            chosen = f"{name}_{numbers[name]}"
+            if chosen not in taken:
+                break
+        taken.add(chosen)
+        names.append(chosen)
+    return names
 
-    def choose(self, wanted: str) -> str:
-        """The wanted name, or the first of name_1, name_2, … that is free."""
-        wanted = re.sub(r"\W+", "_", wanted).strip("_")[:60] or "obstacle"
-        name = wanted
-        while name in self._taken:
-            self._last[wanted] = self._last.get(wanted, 0) + 1
-            name = f"{wanted}_{self._last[wanted]}"
-        self._taken.add(name)
-        return name
+
+def _plain(name: str) -> str:
+    return re.sub(r"\W+", "_", name).strip("_")[:60] or "obstacle"
 
 
 # Around them ----------------------------------------------------------------------------------------------------------
@@ -136,6 +146,13 @@ def _extent(room: Room) -> tuple[FloatArray, FloatArray]:
     return points.min(axis=0), points.max(axis=0)
 
 
+def _check_area(low: FloatArray, high: FloatArray) -> None:
+    width, depth = (high - low).tolist()
+    if width * depth > MAX_AREA or max(width, depth) > MAX_WIDTH:
+        size = f"larger than {MAX_AREA:,} m² or longer than {MAX_WIDTH:g} m"
+        raise TaskError(f"a room of {width:.0f} × {depth:.0f} m is {size}")
+
+
 def _holds_pairs(room: Room) -> bool:
     """Whether its starts and goals lie among its obstacles."""
     low, high = _extent(Room(room.obstacles))
@@ -144,10 +161,23 @@ def _holds_pairs(room: Room) -> bool:
 
 
 def _corners(obstacle: Obstacle) -> FloatArray:
-    """Two corners of a rectangle around an obstacle, however it is turned: (2, 2), metres."""
-    reach = np.hypot.reduce(np.abs(obstacle.points).max(axis=0)) if obstacle.points else np.hypot.reduce(obstacle.size)
-    centre = np.array(obstacle.position[:2])
-    return np.stack([centre - reach, centre + reach])
+    """Two corners of the smallest rectangle around an obstacle: (2, 2), metres."""
+    rotation = np.zeros(9)
+    mujoco.mju_quat2Mat(rotation, np.array(obstacle.quaternion) / (np.linalg.norm(obstacle.quaternion) or 1.0))
+    across = rotation.reshape(3, 3)[:2]  # x and y of its own axes
+    match obstacle.shape:
+        case Shape.HULL:
+            points = np.array(obstacle.points) @ across.T
+            low, high = points.min(axis=0), points.max(axis=0)
+            return np.asarray(obstacle.position[:2] + np.stack([low, high]))
+        case Shape.BOX:
+            reach = np.abs(across) @ obstacle.size
+        case Shape.CYLINDER:
+            radius, half = obstacle.size
+            reach = radius * np.sqrt(np.maximum(1.0 - across[:, 2] ** 2, 0.0)) + half * np.abs(across[:, 2])
+        case Shape.SPHERE:
+            reach = np.full(2, obstacle.size[0])
+    return np.array(obstacle.position[:2]) + np.stack([-reach, reach])
 
 
 def _add_fence(spec: mujoco.MjSpec, low: FloatArray, high: FloatArray) -> None:
@@ -183,14 +213,9 @@ def _enclosed_floor(model: mujoco.MjModel) -> tuple[Grid, BoolArray] | None:
         grid = Grid(Obstacles.from_model(model), Footprint.from_model(model).radius, CELL)
     except TaskError:  # the room has no obstacle
         return None
-    pieces, count = ndimage.label(grid.free.reshape(grid.shape))
-    border = np.concatenate([pieces[0], pieces[-1], pieces[:, 0], pieces[:, -1]])
-    areas = np.bincount(pieces.ravel(), minlength=count + 1)
-    areas[0] = 0
-    outside = areas[np.unique(border)].sum()
-    areas[border] = 0
-    is_room = areas.max() >= max(ENCLOSED_FROM / CELL**2, ENCLOSED_SHARE * outside)
-    return (grid, pieces == areas.argmax()) if is_room else None
+    pieces = label_pieces(grid)
+    is_room = pieces.enclosed.max() >= max(ENCLOSED_FROM, ENCLOSED_SHARE * pieces.outside)
+    return (grid, pieces.labels == pieces.enclosed.argmax()) if is_room else None
 
 
 def _widest_place(grid: Grid, floor: BoolArray) -> Point:

@@ -18,6 +18,7 @@ from asddpg.recording.files.reading import open_recording
 from asddpg.runs import weights_file
 from tasks import ALL_TASKS
 from tasks.errors import TaskError
+from tasks.rooms.reading import ROOMS
 
 SMALL = ["task=nav_empty", "total_steps=400", "agent.learning_starts=100", "network=fc2x100", "test_episodes=2"]
 SMALL += ["robots=2", "validation.every=200", "validation.episodes=1", "task.time_limit_steps=40"]
@@ -253,7 +254,7 @@ def test_a_user_sees_a_sentence_and_status_2(tmp_path: Path) -> None:
     command = [sys.executable, "-m", "asddpg.train", "task=nav_foo"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
     assert done.returncode == 2
-    assert done.stderr == f"error: there is no task 'nav_foo'; there are {', '.join(ALL_TASKS)}\n"
+    assert done.stderr == f"error: there is no task 'nav_foo'; there are {', '.join(ALL_TASKS)}, or {ROOMS}\n"
     assert not list(tmp_path.iterdir())
 
 
@@ -283,7 +284,7 @@ def test_invalid_evaluations_are_one_sentence(
     arguments: list[str], sentence: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
-    with pytest.raises(UserError, match=sentence):
+    with pytest.raises((UserError, TaskError), match=sentence):
         evaluate.main(arguments)
     assert not list(tmp_path.iterdir())
 

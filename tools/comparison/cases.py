@@ -21,6 +21,7 @@ from tools.experiments.runs import digest
 
 LED = "+waypoints"  # after a run: a planner leads it
 SEED = 0  # of random actions
+MOST_ROOMS = 1000  # of one name
 _SEVERAL = re.compile(r"([a-z_]+):([0-9]{1,9})-([0-9]{1,9})")
 
 
@@ -94,12 +95,12 @@ class Case:
 
 
 def expand_rooms(task: str) -> list[str]:
-    """`cylinders:3-5` → cylinders:3, cylinders:4, cylinders:5; any other name alone."""
+    """`cylinders:3-5` → cylinders:3, cylinders:4, cylinders:5; any other name alone, and more than MOST_ROOMS."""
     match = _SEVERAL.fullmatch(task)
-    if match is None:
+    numbers = range(int(match[2]), int(match[3]) + 1) if match else ()
+    if match is None or not 0 < len(numbers) <= MOST_ROOMS:
         return [task]
-    first, last = int(match[2]), int(match[3])
-    return [f"{match[1]}:{number}" for number in range(first, last + 1)] or [task]
+    return [f"{match[1]}:{number}" for number in numbers]
 
 
 def _agent_and_run(driver: str) -> tuple[str | None, str | None]:

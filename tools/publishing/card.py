@@ -1,5 +1,6 @@
 """The card of a pretrained policy: training, results, failures, use."""
 
+import json
 import shlex
 import textwrap
 from collections.abc import Mapping
@@ -10,7 +11,7 @@ from asddpg.command_line import train_config
 from asddpg.config import TaskConfig, TrainConfig
 from asddpg.episodes.evaluation import ROWS, EvaluationResult, cell
 from asddpg.options.values import write_value
-from tasks import gymnasium_id
+from tasks.gymnasium_api.navigation_env import id_and_scene
 from tasks.options import options_of
 from tools.experiments.tables import markdown
 
@@ -170,7 +171,9 @@ def _wrapped(text: str) -> str:
 def _snippet(name: str, task: TaskConfig) -> str:
     if task == TaskConfig(name=task.name):
         imports = "import gymnasium\nimport tasks  # registers the environments"
-        environment = f'gymnasium.make("{gymnasium_id(task.name)}")'
+        environment_id, scene = id_and_scene(task.name)
+        scene_argument = "".join(f", {name}={json.dumps(value)}" for name, value in scene.items())
+        environment = f'gymnasium.make("{environment_id}"{scene_argument})'
     else:
         imports = "from asddpg.build import make_environment"
         environment = "make_environment(policy.config.task, policy.config.reward)"

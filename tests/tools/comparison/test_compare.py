@@ -14,6 +14,7 @@ from asddpg import evaluate
 from asddpg.errors import UserError
 from tests.conftest import ROOT
 from tests.support import own_driver
+from tests.support.room_files import write_maze
 from tools import compare
 from tools.comparison.driven_episodes import DrivenCase
 
@@ -182,3 +183,35 @@ def test_a_damaged_file_is_named_and_not_counted(tmp_path: Path) -> None:
         path.write_text(damaged)
         with pytest.raises(UserError, match=rf"{path.name} is not a whole file of tools\.compare"):
             compared(tmp_path, f"[{FORWARD}]", episodes=1)
+
+
+def test_several_generated_rooms_are_one_row_and_paired_by_room(tmp_path: Path) -> None:
+    arguments = [f"drivers=[controller,{FORWARD}]", "tasks=[cylinders:0-1]", "episodes=2", "processes=1"]
+    compare.main([*arguments, f"folder={tmp_path}"])
+    controller, forward = (DrivenCase.read(path) for path in sorted(tmp_path.glob("*.json")))
+    assert controller.task == "cylinders:0-1"
+    assert [each.room for each in controller.episodes] == ["cylinders:0", "cylinders:1"]  # a pair of its own each
+    assert [each.pair for each in controller.episodes] == [each.pair for each in forward.episodes]
+    assert [(row["driver"], row["task"], row["episodes"]) for row in rows(tmp_path / "table.csv")] == [
+        ("controller", "cylinders:0-1", "2"),
+        (FORWARD, "cylinders:0-1", "2"),
+    ]
+    (difference,) = rows(tmp_path / "differences.csv")
+    assert difference["pairs"] == "2"
+
+
+def test_a_run_and_a_baseline_are_paired_in_a_room_by_a_relative_path(
+    tiny_run: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    arguments = [f"drivers=[controller,{tiny_run}]", f"tasks=[{write_maze(tmp_path)}]", "episodes=2", "processes=1"]
+    compare.main([*arguments, "folder=compared"])
+    (difference,) = rows(tmp_path / "compared/differences.csv")
+    assert (difference["task"], difference["pairs"]) == (str(tmp_path / "maze.txt"), "2")
+    assert len(list(tmp_path.glob("compared/*_maze_*.json"))) == 2
+
+
+@pytest.mark.parametrize("task", ["cylinders:0-1000", "cylinders:5-3", "nothing:0-3", "none.txt:0-3"])
+def test_rooms_that_are_too_many_or_none_are_refused(task: str, tmp_path: Path) -> None:
+    with pytest.raises(UserError, match=r"tasks must be .* or up to 1000 of them such as cylinders:0-49, not"):
+        compare.main(["drivers=[controller]", f"tasks=[{task}]", f"folder={tmp_path}"])

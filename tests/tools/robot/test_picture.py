@@ -26,7 +26,9 @@ def test_invalid_arguments_are_one_sentence(arguments: list[str], expected: str)
 
 
 def test_scenes_and_cameras_that_do_not_exist_list_those_that_do() -> None:
-    with pytest.raises(UserError, match="scene must be nav_empty, .*pioneer or a path to an .xml, not 'nav_foo'"):
+    with pytest.raises(
+        UserError, match="scene must be nav_empty, .*pioneer, a path to an .xml scene, or a file .*not 'nav_foo'"
+    ):
         picture.main(["nav_foo"])
     with pytest.raises(TaskError, match=r"there is no scene file none\.xml"):
         picture.main(["none.xml"])

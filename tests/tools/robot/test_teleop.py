@@ -1,7 +1,7 @@
 """Driving by keyboard without a screen."""
 
+import math
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -92,17 +92,23 @@ def test_no_screen_is_one_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
     assert "\n" not in str(caught.value)
 
 
-def test_a_scene_without_the_robot_is_shown_only(
+def test_a_scene_without_the_robot_gets_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    looked: list[Any] = []
+    driven: list[TeleopSession] = []
     monkeypatch.setattr(teleop, "check_screen", lambda: None)
-    monkeypatch.setattr(teleop, "look", looked.append)
+    monkeypatch.setattr(teleop, "drive", driven.append)
     path = tmp_path / "ball.xml"
-    path.write_text("<mujoco><worldbody><geom size='1'/></worldbody></mujoco>")
+    path.write_text("<mujoco><worldbody><geom size='1' name='ball'/></worldbody></mujoco>")
     teleop.main([str(path)])
-    assert len(looked) == 1
-    assert "lacks the body 'base': it has no Pioneer to drive" in capsys.readouterr().out
+    assert f"{path} has no Pioneer: one is put into it" in capsys.readouterr().out
+    (session,) = driven
+    assert session.physics.model.geom("ball").id >= 0
+    x, y, _ = session.physics.pose()
+    assert math.hypot(x, y) > 1.0
+    session.press(UP)
+    session.advance(10)
+    assert session.status()["crashed"] == "no"
 
 
 def test_the_clock_catches_up_and_skips_long_delays(monkeypatch: pytest.MonkeyPatch) -> None:
