@@ -297,7 +297,7 @@ class MissionConfig(DriverConfig):
     targets: list[float] = option([], "x and y of the targets in turn, m; [] draws five, by the seed.", TARGETS)
     start: list[float] = option([], "x, y (m) and yaw (rad) of the start; [] draws it.", START)
     unmapped: list[str] | None = option(
-        None, "Obstacles that the map lacks, such as [sofa,bench]; null draws five, [] is none.", NAMES
+        None, "Obstacles that the map lacks, such as [sofa,bench]; null draws five, [] lets it lack nothing.", NAMES
     )
     noise: float = option(1.0, "Scale of the laser's noise; 1 is that of a real URG-04LX.", NOT_NEGATIVE)
     drift: float = option(0.05, "By how much odometry takes lengths and turns for too long.", between(-0.5, 0.5))

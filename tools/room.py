@@ -33,7 +33,7 @@ _FREE, _START, _GOAL = (226, 240, 217), (44, 160, 44), (31, 119, 180)
 class RoomArguments:
     """The room, and where its picture and its scene go."""
 
-    room: str = argument(f"A room: {ROOMS}.", values=Range(is_room, ROOMS))
+    room: str = argument(f"{ROOMS[0].upper()}{ROOMS[1:]}.", values=Range(is_room, ROOMS))
     picture: Path | None = option(None, "File of the picture; null takes <room>_room.png in the present folder.")
     mjcf: Path | None = option(None, "File of the scene; null takes <room>_scene.xml in the present folder.")
 

@@ -17,7 +17,7 @@ from tasks.constants import TRACK, WHEEL_RADIUS
 from tasks.gymnasium_api.navigation_env import NavigationEnv
 
 # Between two updates the pose is that of the odometry, with its drift: they come twice as often as the node's. Its sum
-# of cubes hardly tells apart poses 5 cm from one another: the estimate would run after the odometry. And with its noise
+# of cubes is nearly equal for poses 5 cm from one another: the estimate would run after the odometry. With its noise
 # of motion an obstacle that the map lacks pulls the estimate to the wall behind it.
 PRECISE = AMCLOptions(
     update_distance=0.1,

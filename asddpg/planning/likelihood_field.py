@@ -55,7 +55,7 @@ class LaserOptions:
         z_rand: share of beams that end anywhere.
         sigma_hit: standard deviation of a beam's end from the obstacle, metres.
         max_beams: of a scan that are used, evenly spaced.
-        max_distance: longest distance to an obstacle that is told apart, metres.
+        max_distance: metres; an obstacle farther away than this counts as this far.
         beam_power: 0 sums cubes of the beams' probabilities (likelihood_field of the node); else their product, each
             to this power: 1 takes beams for independent (likelihood_field_prob), less for ones that err alike.
     """

@@ -41,7 +41,7 @@ def to_number(value: object, name: str, low: float = -MAX_COORDINATE, high: floa
     """A finite number in a range, both ends included.
 
     Raises:
-        TaskError: it is none, or out of range; `name` says in the message what it is.
+        TaskError: it is not a number, or out of range; `name` says in the message what it is.
     """
     try:
         number = float(value)  # type: ignore[arg-type]
