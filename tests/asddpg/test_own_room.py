@@ -18,6 +18,7 @@ from tasks import ALL_TASKS
 from tasks.errors import TaskError
 from tasks.registry import task_model
 from tests.support.entry_point import ended
+from tests.support.hostile_rooms import STILL_ROOMS, write_hostile
 from tests.support.room_files import FORMATS, QUICK_TRAINING, write_maze, write_picture, write_world
 
 
@@ -206,3 +207,12 @@ def test_a_wrong_room_ends_a_program_with_status_2() -> None:
         assert (found.status, found.made) == (2, [])
         assert found.said.startswith("error: there is no file ")
         assert found.said.count("\n") == 1
+
+
+def test_30_hostile_files_end_a_program_with_status_2(tmp_path: Path) -> None:
+    chosen = [name for name in write_hostile(tmp_path) if not Path(name).name.startswith(STILL_ROOMS)]
+    for name in chosen[:: len(chosen) // 30][:30]:
+        found = ended(evaluate.main, ["agent=controller", f"task={name}", "episodes=1"])
+        assert (found.status, found.made) == (2, []), name
+        assert found.said.startswith("error: "), name
+        assert found.said.count("\n") == 1, name
