@@ -15,18 +15,18 @@ from pathlib import Path
 import numpy as np
 
 from asddpg.atomic_write import write_whole
+from asddpg.config import NAMES
 from asddpg.messages import print_line
 from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
 from tasks import ALL_TASKS
-from tasks.options import NOT_NEGATIVE, POSITIVE, Range, between, one_of, option
+from tasks.options import NOT_NEGATIVE, POSITIVE, between, one_of, option
 from tools.comparison.localization_drives import Drive, DriveOptions, drive
 
 FOUND_WITHIN, LAST_SECONDS = 0.3, 5.0  # m, s
 LOST_BEYOND = 0.5  # m
 BARS = "bars: 0.06 m and 2° in the middle, 0.2 m for 95 %"
-NAMES = Range(lambda names: len(set(names)) == len(names), "names of obstacles, each once")
 
 
 @dataclass(frozen=True)

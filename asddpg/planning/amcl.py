@@ -63,7 +63,7 @@ class AMCL:
     particles: FloatArray
     weights: FloatArray
     _odometry: FloatArray | None  # at the last filter update
-    _mean: FloatArray | None  # the estimate at the last filter update, once asked for
+    _mean: FloatArray | None  # the estimate at the last filter update, computed when first read
 
     def __init__(
         self,

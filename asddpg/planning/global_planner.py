@@ -45,7 +45,7 @@ def plan_path(costmap: Costmap, start: Point, goal: Point) -> FloatArray | None:
 
 
 def _nearest_passable(costmap: Costmap, point: Point) -> IntArray | None:
-    """The passable cell nearest to a point, within GOAL_TOLERANCE; None where there is none."""
+    """The passable cell nearest to a point, within GOAL_TOLERANCE, or None."""
     grid = costmap.grid
     reach = int(np.ceil(GOAL_TOLERANCE / grid.resolution))
     around = np.stack(np.meshgrid(*[np.arange(-reach, reach + 1)] * 2, indexing="ij"), axis=-1).reshape(-1, 2)

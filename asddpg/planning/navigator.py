@@ -38,7 +38,7 @@ class Navigator:
     Attributes:
         costmap: the present one.
         map: what the plan began with; of a room that was not known, what has been seen of it.
-        path: to the goal, (n, 2), metres, map frame; None where there is none.
+        path: to the goal, (n, 2), metres, map frame; None where the goal cannot be reached.
     """
 
     def __init__(self, robot: Robot, options: NavigatorOptions, first: Reading) -> None:

@@ -38,7 +38,7 @@ class RoomRule:
 
     @property
     def places(self) -> FloatArray:
-        """Centres of the cells, CELL wide, of the floor: (n, 2), metres; TaskError where there is none."""
+        """Centres of the cells, CELL wide, of the floor: (n, 2), metres; TaskError without such a cell."""
         return self._places[0]
 
     @cached_property

@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from functools import cache
+from functools import cache, lru_cache
 
 import mujoco
 import numpy as np
@@ -41,8 +41,11 @@ def compile_room(room: Room, num_beams: int | None = None) -> mujoco.MjModel:
     return _compile(build_scene(room, num_beams))
 
 
+@lru_cache(maxsize=4)
 def build_scene(room: Room, num_beams: int | None = None) -> mujoco.MjSpec:
     """A room with the robot, at the widest free place, as a scene; around one without walls stands a fence.
+
+    It is built once for all robots of a process; do not change it.
 
     Args:
         room: its obstacles.

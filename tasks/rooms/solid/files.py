@@ -14,7 +14,7 @@ def find_within(candidates: Iterable[Path], folders: Sequence[Path]) -> Path:
     """The first path that exists, with links followed, inside one of the folders.
 
     Raises:
-        UnreadError: there is none.
+        UnreadError: no path is.
     """
     is_outside = False
     roots = [folder.resolve() for folder in folders]

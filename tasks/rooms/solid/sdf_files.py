@@ -36,7 +36,7 @@ class SdfFiles:
         return self._read(self.path)
 
     def find(self, uri: str, folder: Path) -> Path:
-        """The file or folder of a URI that stands in a file of `folder`. UnreadError: there is none."""
+        """The file or folder of a URI that stands in a file of `folder`. UnreadError without one."""
         if (uri, folder) not in self._found:
             self._found[uri, folder] = self._find(uri, folder)
         return self._found[uri, folder]
