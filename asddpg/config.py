@@ -116,6 +116,9 @@ class AgentConfig:
     saturation: float = option(
         0.01, "Weight of keeping the policy's outputs where tanh has a slope; 0 for none.", NOT_NEGATIVE
     )
+    smoothness: float = option(
+        0.0, "Weight of keeping the policy's action from one state to the next (CAPS); 0 for none.", NOT_NEGATIVE
+    )
     n_steps: int = option(3, "Steps that a return reaches ahead before it bootstraps.", between(1, 100))
     twin_critics: bool = option(
         False, "Whether the smaller one of two critics bootstraps (TD3, Fujimoto et al., 2018)."

@@ -48,11 +48,19 @@ class Laser:
         """Make the laser; `rng` is its own stream, so that noise changes no start and no goal."""
         self.config = config
         self.rng = rng
-        self._late_steps, self._late_seconds = divmod(config.latency + 1e-9, control_timestep)
-        within_step = round(self._late_seconds / PHYSICS_TIMESTEP) * PHYSICS_TIMESTEP
-        self.latency = self._late_steps * control_timestep + within_step
-        self._waiting: deque[FloatArray] = deque(maxlen=int(self._late_steps) + 1)
+        self._control_timestep = control_timestep
+        self._waiting: deque[FloatArray] = deque()
         self._read_at = -1.0
+        self._set_faults(0.0, 0.0, 0.0)
+
+    def _set_faults(self, noise: float, dropout: float, latency: float) -> None:
+        """Add to the faults of the configuration."""
+        config = self.config
+        self._noise, self._dropout = config.noise + noise, min(config.dropout + dropout, 1.0)
+        self._late_steps, self._late_seconds = divmod(config.latency + latency + 1e-9, self._control_timestep)
+        within_step = round(self._late_seconds / PHYSICS_TIMESTEP) * PHYSICS_TIMESTEP
+        self.latency = self._late_steps * self._control_timestep + within_step
+        self._waiting = deque(self._waiting, maxlen=int(self._late_steps) + 1)
 
     @property
     def is_perfect(self) -> bool:
@@ -63,15 +71,19 @@ class Laser:
         """The random stream of the noise and the delayed scans: plain values and arrays."""
         return {"rng": generator_state(self.rng), "waiting": list(self._waiting), "read_at": self._read_at}
 
-    def load_state(self, state: Mapping[str, Any]) -> None:
-        """Restore what state() returned."""
+    def load_state(
+        self, state: Mapping[str, Any], noise: float = 0.0, dropout: float = 0.0, latency: float = 0.0
+    ) -> None:
+        """Restore what state() returned in an episode that began with those faults."""
+        self._set_faults(noise, dropout, latency)
         self.rng = restored_generator(state["rng"])
         self._waiting.clear()
         self._waiting.extend(state["waiting"])
         self._read_at = state["read_at"]
 
-    def begin_episode(self, physics: Physics) -> None:
-        """Drop the scans of the last episode."""
+    def begin_episode(self, physics: Physics, noise: float = 0.0, dropout: float = 0.0, latency: float = 0.0) -> None:
+        """Drop the scans of the last episode; this one's noise, dropout and latency (s) add to the configuration's."""
+        self._set_faults(noise, dropout, latency)
         self._waiting.clear()
         self._read_at = -1.0
         physics.scan_delay = self._late_seconds
@@ -85,13 +97,12 @@ class Laser:
         return self._waiting[0].copy()
 
     def _disturbed(self, scan: FloatArray) -> FloatArray:
-        config = self.config
-        if config.noise > 0.0:
+        if self._noise > 0.0:
             hit = scan < MAX_RANGE
-            sigma = config.noise * np.maximum(_NOISE_FLOOR, _NOISE_SLOPE * scan + _NOISE_OFFSET)
+            sigma = self._noise * np.maximum(_NOISE_FLOOR, _NOISE_SLOPE * scan + _NOISE_OFFSET)
             scan = np.where(hit, scan + sigma * self.rng.standard_normal(len(scan)), scan)
-        if config.dropout > 0.0:
-            scan = np.where(self.rng.random(len(scan)) < config.dropout, MAX_RANGE, scan)
+        if self._dropout > 0.0:
+            scan = np.where(self.rng.random(len(scan)) < self._dropout, MAX_RANGE, scan)
         return np.clip(scan, MIN_RANGE, MAX_RANGE)
 
 

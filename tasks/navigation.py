@@ -15,10 +15,13 @@ from tasks import constants
 from tasks.errors import TaskError
 from tasks.generator_state import RandomSource, make_generator
 from tasks.laser import Laser, LaserConfig
-from tasks.options import NOT_NEGATIVE, POSITIVE, Range, build_options, check_options, option
+from tasks.options import NOT_NEGATIVE, POSITIVE, Range, between, build_options, check_options, option
 from tasks.physics import FloatArray, Physics, Pose, Readings
 from tasks.rewards import NO_REWARD, Outcome, Reward
 from tasks.room_geometry.start_goal import PairRule
+from tasks.rooms.changing_room import ChangingRoom
+from tasks.rooms.generators.catalogue import GENERATORS
+from tasks.variation import NO_VARIATION, Variation, VariationConfig, VariedBody
 
 # Bounds of the observation, wide enough for anything the robot does. The wheels' limit gives 1.2 m/s and 7.3 rad/s.
 VELOCITY_BOUNDS = np.array([3.0, 15.0])  # m/s, rad/s
@@ -56,11 +59,20 @@ class NavigationConfig:
     )
     max_linear_velocity: float = option(constants.MAX_LINEAR_VELOCITY, "Largest forward speed, m/s.", SPEEDS)
     max_angular_velocity: float = option(constants.MAX_ANGULAR_VELOCITY, "Largest turn rate, rad/s.", TURN_RATES)
+    goal_range: float = option(
+        GOAL_BOUND, "Metres; a goal farther away is observed at this distance.", between(0.5, GOAL_BOUND, " m")
+    )
+    rooms: list[str] = option(
+        [*GENERATORS, *GENERATORS, "nav_complex", "nav_gazebo", "nav_office"],
+        "Of task=nav_anywhere: generators and tasks, each as likely as it is named.",
+    )
     laser: LaserConfig = field(default_factory=LaserConfig)
+    variation: VariationConfig = field(default_factory=VariationConfig)
 
     def __post_init__(self) -> None:
         """TaskError where a value is out of range."""
         self.laser = build_options(LaserConfig, "laser", self.laser)
+        self.variation = build_options(VariationConfig, "variation", self.variation)
         check_options(self)
         if not self.min_linear_velocity < self.max_linear_velocity:
             limit = f"below max_linear_velocity, {self.max_linear_velocity}"
@@ -103,6 +115,9 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         self._held_out = held_out
         self.rule = rule
         self._next_pair: tuple[Pose, tuple[float, float]] | None = None  # None draws them
+        self._next_variation: Variation | None = None
+        self.variation = NO_VARIATION  # of the episode
+        self._body: VariedBody | None = None
         self.start = Pose(0.0, 0.0, 0.0)  # of the episode, as it was set: the pose read back differs in the last bit
         self._reset_episode()
 
@@ -115,16 +130,54 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
 
     def initialize_episode(self, physics: Physics) -> None:
         """Place robot and goal."""
+        if isinstance(self.rule, ChangingRoom) and self._next_pair is None:
+            self.rule.enter(physics, self.rule.draw_name(self.rng))
         self.start, goal = self._next_pair or self.rule.draw(self.rng, self._held_out)
-        self._next_pair = None
+        self.vary(physics, self._next_variation or self.config.variation.draw(self.rng))
+        self._next_pair = self._next_variation = None
         physics.set_pose(self.start)
         physics.set_goal(*goal)
-        self.laser.begin_episode(physics)
+        self.laser.begin_episode(physics, *self.variation[:3])
         self.readings = physics.readings()
         self._reset_episode()
 
-    def set_next_pair(self, physics: Physics, start: Pose, goal: tuple[float, float]) -> None:
-        """Give the next episode, and only that one, a start and a goal.
+    def vary(self, physics: Physics, variation: Variation) -> None:
+        """Change friction and mass, at the beginning of an episode; its laser has the variation's faults too."""
+        self.variation = variation
+        if self._body is None:
+            self._body = VariedBody(physics.model.ptr)
+        self._body.apply(physics, variation.friction, variation.mass)
+
+    @property
+    def has_perfect_laser(self) -> bool:
+        """Whether every episode's laser returns every range as it is, at once."""
+        return self.laser.is_perfect and not self.config.variation.disturbs_laser
+
+    def enter_room(self, physics: Physics, name: str) -> None:
+        """Change the room at once; the episode in progress, if any, goes on in it.
+
+        Raises:
+            TaskError: there is no such room, or this task's room does not change.
+        """
+        if not isinstance(self.rule, ChangingRoom):
+            raise TaskError("the room of this task does not change; task=nav_anywhere has one for each episode")
+        self.rule.enter(physics, name)
+
+    @property
+    def room(self) -> str | None:
+        """Name of the present room, where it changes."""
+        return self.rule.name if isinstance(self.rule, ChangingRoom) else None
+
+    @property
+    def differences(self) -> dict[str, Any]:
+        """Of this episode from those of a task of one room: `room`, its name, and `variation`, numbers by name."""
+        room = {} if self.room is None else {"room": self.room}
+        return room if self.config.variation.is_off else room | {"variation": dict(self.variation._asdict())}
+
+    def set_next_pair(
+        self, physics: Physics, start: Pose, goal: tuple[float, float], variation: Variation | None = None
+    ) -> None:
+        """Give the next episode, and only that one, a start and a goal in the present room, and a variation.
 
         Raises:
             TaskError: one of them lies outside the room or in an obstacle, or the robot would touch one at the start.
@@ -134,11 +187,17 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         if not physics.is_free(start):
             place = f"({start.x:g}, {start.y:g}, {start.yaw:g})"
             raise TaskError(f"a start must leave the robot free; at {place} it touches an obstacle")
-        self._next_pair = start, goal
+        self._next_pair, self._next_variation = (start, goal), variation
 
     def drop_next_pair(self) -> None:
         """Draw the next start and goal again."""
-        self._next_pair = None
+        self._next_pair = self._next_variation = None
+
+    def prepare_state(self, state: Mapping[str, Any], physics: Physics) -> None:
+        """Change the scene to that of a state(), before physics gets its own."""
+        if "room" in state:
+            self.enter_room(physics, state["room"])
+        self.vary(physics, Variation.from_mapping(state.get("variation", {})))
 
     def move_goal(self, physics: Physics, goal: tuple[float, float]) -> None:
         """Change the goal of the episode in progress; the next step's progress is measured towards it.
@@ -171,6 +230,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
             "reward_terms": dict(self.reward_terms),
             "steps": self._steps,
             "laser": self.laser.state(),
+            **self.differences,
         }
 
     def load_state(self, state: Mapping[str, Any], physics: Physics) -> None:
@@ -182,7 +242,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         self.outcome = Outcome(state["outcome"])
         self.reward_terms = dict(state["reward_terms"])
         self._steps = state["steps"]
-        self.laser.load_state(state["laser"])
+        self.laser.load_state(state["laser"], *self.variation[:3])
 
     # Step ---------------------------------------------------------------------------------------------------------
 
@@ -236,8 +296,14 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         return {
             "ranges": self.laser.ranges(physics),
             "velocity": np.array(self.readings.velocity),
-            "goal": np.array(self.readings.goal_in_robot_frame),
+            "goal": np.array(self.observed_goal()),
         }
+
+    def observed_goal(self) -> tuple[float, float]:
+        """The goal in the robot's frame, metres, no farther away than goal_range."""
+        x, y = self.readings.goal_in_robot_frame
+        share = min(1.0, self.config.goal_range / max(self.readings.goal_distance, 1e-9))
+        return share * x, share * y
 
     def observation_spec(self, physics: Physics) -> dict[str, specs.BoundedArray]:
         """Bounds of each observation."""

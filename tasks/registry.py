@@ -3,7 +3,7 @@
 import reprlib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
+from functools import cache, partial
 from typing import Any, TypeVar
 
 import mujoco
@@ -18,10 +18,14 @@ from tasks.physics import FloatArray
 from tasks.rewards import REWARDS, Reward
 from tasks.room_geometry.held_out import held_out_goals
 from tasks.room_geometry.start_goal import FreeSpaceRule, OriginRule, PairRule
+from tasks.rooms.changing_room import ChangingRoom
+from tasks.rooms.generators.catalogue import GENERATORS
 from tasks.rooms.pairs import draw_sets
 from tasks.rooms.reading import ROOMS, find_room, is_room
+from tasks.rooms.room import Room
 from tasks.rooms.room_rule import RoomRule
-from tasks.rooms.scene import compile_room
+from tasks.rooms.scene import compile_room, compile_slots
+from tasks.rooms.solid.mjcf_room import read_mjcf
 from tasks.scene.loading import TASK_CAMERAS, load_model, robot_physics, scene_path
 
 T = TypeVar("T")
@@ -51,10 +55,14 @@ DEFINITIONS: Mapping[str, TaskDefinition] = {
     "nav_office": TaskDefinition("sparse", partial(FreeSpaceRule, min_path=3.0, max_path=8.0)),
 }
 
+
 # Of a room that is a file or is generated: what lies 3 m to 8 m away, as in the office, need not exist in it.
 OWN_ROOM = TaskDefinition("sparse", RoomRule)
 
-ALL_TASKS: tuple[str, ...] = tuple(DEFINITIONS)
+ROOM_TASKS: tuple[str, ...] = tuple(DEFINITIONS)  # of one room each, which is a scene's file
+# A room for each episode, from a mixture of generators and of those rooms.
+ANYWHERE = "nav_anywhere"
+ALL_TASKS: tuple[str, ...] = (*ROOM_TASKS, ANYWHERE)
 
 
 def load(
@@ -74,11 +82,15 @@ def load(
     Raises:
         TaskError: no such task or reward, a constant out of range, or the scene file is broken.
     """
-    definition = find_task(task_name)
+    reward_name = find_task(task_name).reward
     config = build_options(NavigationConfig, "config", {} if config is None else config)
-    reward = definition.reward if reward is None else reward
+    reward = reward_name if reward is None else reward
     physics = robot_physics(task_model(task_name, config.laser.num_beams), task_name, TASK_CAMERAS)
-    rule = make_rule(task_name, physics.model.ptr)
+    rule: PairRule
+    if task_name == ANYWHERE:
+        rule = ChangingRoom(config.rooms, _find_task_room)
+    else:
+        rule = make_rule(task_name, physics.model.ptr)
     task = Navigation(
         config,
         _find(REWARDS, "reward", reward) if isinstance(reward, str) else build_options(Reward, "reward", reward),
@@ -91,10 +103,12 @@ def load(
 
 def find_task(name: str) -> TaskDefinition:
     """The definition of a task, or that of all rooms; TaskError where a name is neither's."""
+    if name == ANYWHERE:
+        return TaskDefinition("sparse", RoomRule)
     if isinstance(name, str) and name not in DEFINITIONS and is_room(name):
         return OWN_ROOM
     if not isinstance(name, str) or name not in DEFINITIONS:
-        raise TaskError(f"there is no task {reprlib.repr(name)}; there are {', '.join(DEFINITIONS)}, or {ROOMS}")
+        raise TaskError(f"there is no task {reprlib.repr(name)}; there are {', '.join(ALL_TASKS)}, or {ROOMS}")
     return DEFINITIONS[name]
 
 
@@ -108,6 +122,8 @@ def task_model(name: str, num_beams: int | None = None) -> mujoco.MjModel:
     Raises:
         TaskError: there is no such task or room, or its file is broken.
     """
+    if name == ANYWHERE:
+        return compile_slots(num_beams)
     if find_task(name) is OWN_ROOM:
         return compile_room(find_room(name), num_beams)
     return load_model(scene_path(name), num_beams)
@@ -125,11 +141,21 @@ def make_rule(task_name: str, model: mujoco.MjModel) -> PairRule:
 
 def _held_out(task_name: str, rule: PairRule) -> FloatArray:
     """Goals that no drawn goal comes near, (n, 2) metres: those of the evaluation sets, but not a room's own."""
+    if isinstance(rule, ChangingRoom):
+        return np.zeros((0, 2))
     if not isinstance(rule, RoomRule):
         return held_out_goals(task_name)
     room = find_room(task_name)
     sets = {} if room.pairs else draw_sets(room, rule)
     return np.array([pair.goal for pairs in sets.values() for pair in pairs]).reshape(-1, 2)
+
+
+@cache
+def _find_task_room(name: str) -> tuple[PairRule, FloatArray, Room]:
+    """Rule, held-out goals and room of a task, for task=nav_anywhere."""
+    if name not in DEFINITIONS:
+        raise TaskError(f"there is no room {name!r} for {ANYWHERE}; there are {', '.join((*GENERATORS, *DEFINITIONS))}")
+    return make_rule(name, task_model(name)), held_out_goals(name), read_mjcf(scene_path(name))
 
 
 def _find(table: Mapping[str, T], kind: str, name: str) -> T:

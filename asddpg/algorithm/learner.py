@@ -53,7 +53,7 @@ class Learner:
         self.networks = networks.to(device)
         self.target = copy.deepcopy(self.networks).requires_grad_(False)
         self._config, self._total_steps = config, total_steps
-        self._policy_terms = PolicyTerms(config.imitation, config.saturation)
+        self._policy_terms = PolicyTerms(config.imitation, config.saturation, config.smoothness)
         self._critic_dqn, self._policy = _flatten(self.networks)
         self._target_critic_dqn, self._target_policy = _flatten(self.target)
         self._critic_optimizer = Adam([self._critic_dqn.vector], lr=config.critic_learning_rate, fused=True)

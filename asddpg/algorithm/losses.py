@@ -122,10 +122,13 @@ class PolicyTerms(NamedTuple):
             external controller or by examining its own policy" (caption of Fig. 1).
         saturation: of the squared distance by which the magnitude of an output before tanh exceeds SATURATED. Far
             beyond, tanh has no slope and Eq. 5 no gradient: a policy that has come to circle there goes on for ever.
+        smoothness: of the squared change of the action from x to x', in units of half an action's range: the temporal
+            term of CAPS (Mysore et al., 2021). With n-step returns x' lies n steps ahead.
     """
 
     imitation: float = 0.0
     saturation: float = 0.0
+    smoothness: float = 0.0
 
 
 EQ_5 = PolicyTerms()
@@ -161,6 +164,9 @@ def policy_loss(
     if terms.saturation:
         excess = torch.relu(outputs.abs() - SATURATED)
         loss = terms.saturation * torch.square(excess).sum(dim=1).mean() + loss
+    if terms.smoothness:
+        change = (online.policy(batch.x_next) - action) / online.policy_head.half_range
+        loss = terms.smoothness * torch.square(change).sum(dim=1).mean() + loss
     return loss
 
 

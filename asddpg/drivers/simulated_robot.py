@@ -20,12 +20,16 @@ class SimulatedRobot:
 
     Attributes:
         shape: body and laser.
-        map: of the room; None for a driver that is to know nothing.
     """
 
     def __init__(self, environment: NavigationEnv, room_map: OccupancyGrid | None) -> None:
         self._task = environment.task
-        self.shape, self.map = read_shape(environment), room_map
+        self.shape, self._map = read_shape(environment), room_map
+
+    @property
+    def map(self) -> OccupancyGrid | None:
+        """Of the room; None for a driver that is to know nothing."""
+        return self._map
 
     @property
     def goal(self) -> tuple[float, float]:
@@ -38,6 +42,23 @@ class SimulatedRobot:
         scan = observation[: len(self.shape.beams)].astype(np.float64)
         ranges = np.where(scan < _NO_RETURN, (scan + 0.5) * MAX_RANGE, np.inf)
         return Reading(readings.pose, readings.velocity, readings.goal, ranges)
+
+
+class RobotThatKnowsRoom(SimulatedRobot):
+    """Its map is that of the present room."""
+
+    def __init__(self, environment: NavigationEnv) -> None:
+        super().__init__(environment, None)
+        self._environment = environment
+        self._mapped: str | None = None  # the room of the map, where it changes
+
+    @property
+    def map(self) -> OccupancyGrid | None:
+        """Of the present room; None before the first."""
+        room = self._task.room
+        if room != "" and (self._map is None or self._mapped != room):
+            self._map, self._mapped = draw_room_map(self._environment.obstacles), room
+        return self._map
 
 
 def read_shape(environment: NavigationEnv) -> RobotShape:
@@ -59,4 +80,4 @@ def read_shape(environment: NavigationEnv) -> RobotShape:
 
 def with_room_map(environment: NavigationEnv) -> SimulatedRobot:
     """A robot that knows its room."""
-    return SimulatedRobot(environment, draw_room_map(environment.obstacles))
+    return RobotThatKnowsRoom(environment)

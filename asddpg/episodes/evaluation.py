@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from asddpg.episodes.intervals import Estimate, mean, rate
 from asddpg.episodes.loop import run_episode
@@ -34,6 +34,10 @@ class StartGoalPair(Protocol):
     @property
     def shortest_path(self) -> float:
         """Length of the shortest free path to within the goal's radius."""
+
+    @property
+    def reset_options(self) -> dict[str, Any]:
+        """Of the environment's reset: start, goal and, if the task has one for each episode, the room."""
 
 
 @dataclass(frozen=True)
@@ -78,7 +82,7 @@ def evaluate(
     episodes: list[Episode] = []
     shortest_paths = []
     for pair in pairs:
-        options = {"start": pair.start, "goal": pair.goal}
+        options = pair.reset_options
         if not episodes:
             environment.reset(seed=0, options=options)  # of the laser's noise: the same evaluation has the same result
         before_episode()

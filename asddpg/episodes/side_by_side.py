@@ -1,7 +1,6 @@
 """Drives the episodes of an evaluation with many robots at once; for one at a time see evaluation.py."""
 
 from collections.abc import Callable, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -40,8 +39,7 @@ def evaluate_side_by_side(
         for robot in np.flatnonzero(waiting).tolist():
             pair = pairs[min(following, len(pairs) - 1)]
             mask = np.arange(robots) == robot
-            options: dict[str, Any] = {"reset_mask": mask, "start": pair.start, "goal": pair.goal}
-            observations, infos = environment.reset(options=options)
+            observations, infos = environment.reset(options={"reset_mask": mask} | pair.reset_options)
             driving[robot], following = following, following + 1
         sums.reset(np.flatnonzero(waiting))
         actions = act(observations)

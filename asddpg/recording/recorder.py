@@ -94,10 +94,10 @@ class Recorder:
         self.folder, self._facts, self._selection, self._notify = folder, provenance.facts, selection, notify
         self._config = pack_config(provenance.config)
         is_video = cameras is not None and cameras.is_video
-        model = environment.physics.model.ptr
+        self._model = environment.physics.model.ptr
         self._channels = Channels(cameras.names if cameras else (), is_video, read_navigation is not None)
         poses = PoseEncoder(environment)
-        self._publisher = Publisher(self._channels.log, poses, scene_message(model), is_video)
+        self._publisher = Publisher(self._channels.log, poses, scene_message(self._model), is_video)
         self._sampler = Sampler(environment, cameras, read_navigation)
         self._kept = deque(sorted(folder.glob("*.mcap")))
         self._file: RecordingFile | None = None
@@ -152,6 +152,11 @@ class Recorder:
         facts = {"step": str(self._steps), "episode": str(self._episodes)}
         # Exact: JSON gives a double back to the last bit.
         facts |= {name: encode_json(list(info[name])).decode() for name in ("start", "goal")}
+        if "room" in info:  # another one in each episode
+            facts["room"] = str(info["room"])
+            self._publisher.change_scene(scene_message(self._model))
+        if "variation" in info:
+            facts["variation"] = encode_json(dict(info["variation"])).decode()
         name = f"{self._steps:08d}_{self._episodes:05d}"
         metadata = {**self._facts, **facts}
         return RecordingFile(self.folder, name, self._channels.context, metadata, self._config)

@@ -21,6 +21,7 @@ from tasks.registry import ALL_TASKS, load
 from tasks.rewards import Outcome, Reward, dense_part
 from tasks.room_geometry.obstacles import Obstacles
 from tasks.rooms.reading import ROOMS, is_room
+from tasks.variation import Variation
 
 RENDER_MODES = Range(lambda mode: mode == "rgb_array", "rgb_array or None")
 
@@ -41,12 +42,12 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
 
     `info` holds, after reset() too, `pose` (x, y, yaw; m, rad), `distance` to the goal (m), `pushed` (movable things
     touched in the step), `reward_terms` by name, `dense_reward` (the part that γ_p scales), `start` (x, y, yaw) and
-    `goal` (x, y), with which `reset` begins the same episode again, `outcome` (`running` until the end), `is_success`.
+    `goal` (x, y), of task=nav_anywhere `room`, its name, of episodes that vary `variation`, numbers by name, with all
+    of which `reset` begins the same episode again, `outcome` (`running` until the end), `is_success`.
 
     Attributes:
         physics: the scene's Physics, for reading.
         task: the dm_control task, for reading.
-        obstacles: of the room.
     """
 
     metadata = {  # noqa: RUF012
@@ -86,7 +87,6 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         self._env = load(task, random=0, reward=reward, config=config)
         self.physics: Any = self._env.physics
         self.task: Navigation = self._env.task
-        self.obstacles: Obstacles = self.task.rule.obstacles
         self._stack = ScanStack(options.num_scans, self.physics.num_beams)
         self.render_mode = render_mode
         self._picture = (options.camera, options.width, options.height)
@@ -98,6 +98,11 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         scans = np.full(self.scan_shape[0] * self.scan_shape[1], 0.5)
         high = np.concatenate([scans, VELOCITY_BOUNDS, [GOAL_BOUND, GOAL_BOUND]]).astype(np.float32)
         self.observation_space = spaces.Box(-high, high)
+
+    @property
+    def obstacles(self) -> Obstacles:
+        """Of the room; of one that changes, the present one's."""
+        return self.task.rule.obstacles
 
     @property
     def scan_shape(self) -> tuple[int, int]:
@@ -117,14 +122,17 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         Args:
             seed: of the starts and goals to come; None continues the present stream.
             options: `start` (x, y, yaw) and `goal` (x, y), metres and radians, for this episode alone; a goal alone
-                starts at the origin.
+                starts at the origin. With them `room` and `variation`, as `info` has them; without, a room that
+                changes stays the present one.
         """
+        room = self.task.room
         if options is not None and options != {}:
             self._set_next_pair(options)
         try:
             super().reset(seed=seed)
         except gymnasium.error.Error:  # an invalid seed
             self.task.drop_next_pair()
+            self._return_to_room(room)
             raise
         self.task.rng = self.np_random
         if seed is not None or not self._begun:
@@ -134,12 +142,28 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         return self._stack.reset(time_step.observation), self._info()
 
     def _set_next_pair(self, options: dict[str, Any]) -> None:
-        if not isinstance(options, Mapping) or not {"goal"} <= set(options) <= {"goal", "start"}:
-            valid = "goal (x, y) and, if not at the origin, start (x, y, yaw), metres and radians"
+        if not isinstance(options, Mapping) or not {"goal"} <= set(options) <= {"goal", "start", "room", "variation"}:
+            valid = (
+                "goal (x, y) and, if not at the origin, start (x, y, yaw), metres and radians, and room and variation "
+                "as info gives them"
+            )
             raise TaskError(f"reset options are {valid}, not {reprlib.repr(options)}")
         x, y = _to_numbers("the goal", options["goal"], 2)
         start = Pose(*_to_numbers("the start", options.get("start", (0.0, 0.0, 0.0)), 3))
-        self.task.set_next_pair(self.physics, start, (x, y))
+        variation = Variation.from_mapping(options["variation"]) if "variation" in options else None
+        room = self.task.room
+        try:
+            if "room" in options:
+                self.task.enter_room(self.physics, options["room"])
+            self.task.set_next_pair(self.physics, start, (x, y), variation)
+        except TaskError:
+            self._return_to_room(room)
+            raise
+
+    def _return_to_room(self, room: str | None) -> None:
+        """Leave the room that the next episode was to have: the present one goes on."""
+        if room and room != self.task.room:
+            self.task.enter_room(self.physics, room)
 
     def step(self, action: FloatArray) -> tuple[Float32Array, float, bool, bool, dict[str, Any]]:
         """Drive for one control step; `action` is (v, ω) in m/s and rad/s, cut at the bounds of the task."""
@@ -180,6 +204,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         if state["task_name"] != self._task_name:
             raise TaskError(f"the state is of {state['task_name']}, and the environment of {self._task_name}")
         self._stack.load_state(state["observation"])
+        self.task.prepare_state(state["task"], self.physics)
         self.physics.load_full_state(state["physics"])
         self.task.load_state(state["task"], self.physics)
         self.np_random = self.task.rng = restored_generator(state["rng"])
@@ -208,7 +233,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
             raise TaskError("no episode is in progress whose goal could be moved")
         x, y = _to_numbers("the goal", (x, y), 2)
         self.task.move_goal(self.physics, (x, y))
-        return self._stack.replace_goal(self.task.readings.goal_in_robot_frame)
+        return self._stack.replace_goal(self.task.observed_goal())
 
     def _info(self) -> dict[str, Any]:
         task = self.task
@@ -223,6 +248,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
             "goal": task.readings.goal,
             "outcome": str(task.outcome),
             "is_success": task.outcome is Outcome.REACHED,
+            **task.differences,
         }
 
     def render(self) -> Any:

@@ -94,6 +94,7 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
         rewards = [env.task.reward for env in self.envs]  # tasks differ in theirs
         self._reward_constants = np.array([(r.progress, r.time_penalty, r.reach, r.crash) for r in rewards]).T
         self._terms = {name: np.zeros(num_envs) for name in NO_REWARD}
+        self._differences: list[dict[str, Any]] = [env.task.differences for env in self.envs]
         self._readings = self._batch.readings(self._goals)
 
     # Episodes -----------------------------------------------------------------------------------------------------
@@ -129,6 +130,7 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
     def _begin_episode(self, robot: int, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
         self._observations[robot], info = self.envs[robot].reset(seed=seed, options=options)
         self._starts[robot], self._goals[robot] = info["start"], info["goal"]
+        self._differences[robot] = self.envs[robot].task.differences
         self._steps[robot], self._outcomes[robot], self._over[robot] = 0, _RUNNING, False
 
     # Step ---------------------------------------------------------------------------------------------------------
@@ -226,13 +228,20 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
                 self._batch.ranges() / MAX_RANGE - 0.5,
                 flat[:, : -4 - beams],
                 self._readings.velocity,
-                self._readings.goal,
+                self._observed_goals(),
             ),
             axis=1,
             dtype=np.float32,
             casting="same_kind",
         )
         self._observations = np.where(driven[:, None], pushed, flat)
+
+    def _observed_goals(self) -> FloatArray:
+        """The goals, as Navigation.observed_goal() gives one robot's."""
+        limit = self.envs[0].task.config.goal_range
+        share = np.minimum(1.0, limit / np.maximum(self._readings.distance, 1e-9))
+        goals: FloatArray = share[:, None] * self._readings.goal
+        return goals
 
     def _info(self) -> dict[str, Any]:
         terms = self._terms
@@ -246,6 +255,7 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
             "goal": self._goals.copy(),
             "outcome": _OUTCOMES[self._outcomes],
             "is_success": self._outcomes == _REACHED,
+            **_stack_values(self._differences),
         }
 
     # State ----------------------------------------------------------------------------------------------------------
@@ -279,6 +289,7 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
             self._observations[robot], info = env.load_state(each)
             task = each["task"]
             self._goals[robot] = info["goal"] if info else 0.0
+            self._differences[robot] = env.task.differences
             self._steps[robot], self._starts[robot] = task["steps"], task["start"]
             self._outcomes[robot] = [*Outcome].index(task["outcome"]) if each["begun"] else _NONE
             for name, values in self._terms.items():
@@ -308,6 +319,16 @@ def _make_envs(tasks: Sequence[str], kwargs: Mapping[str, Any]) -> list[Navigati
     for env in envs:
         env.np_random, env._np_random_seed = gymnasium.utils.seeding.np_random()  # the copies' are equal
     return envs
+
+
+def _stack_values(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
+    """Mappings of equal keys as one of arrays: text as objects, nested ones likewise."""
+    return {
+        key: _stack_values([row[key] for row in rows])
+        if isinstance(value, Mapping)
+        else np.array([row[key] for row in rows], dtype=object if isinstance(value, str) else None)
+        for key, value in rows[0].items()
+    }
 
 
 def _masked(info: dict[str, Any], mask: BoolArray) -> dict[str, Any]:

@@ -45,7 +45,7 @@ class RobotBatch:
         count = len(envs)
         self._physics = [env.physics for env in envs]
         self._lasers = [env.task.laser for env in envs]
-        self._is_perfect = envs[0].task.laser.is_perfect
+        self._is_perfect = envs[0].task.has_perfect_laser
         self._views = [physics.views() for physics in self._physics]
         self._positions, self._velocities = np.zeros((count, 7)), np.zeros((count, 6))  # qpos and qvel of the bases
         self._beams = np.zeros((count, envs[0].scan_shape[1]))

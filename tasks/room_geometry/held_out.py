@@ -29,6 +29,13 @@ class Pair:
     start: Pose
     goal: tuple[float, float]
     shortest_path: float
+    room: str = ""  # of nav_anywhere
+
+    @property
+    def reset_options(self) -> dict[str, Any]:
+        """What an environment's reset takes to begin an episode from the start to the goal."""
+        options: dict[str, Any] = {"start": self.start, "goal": self.goal}
+        return options | ({"room": self.room} if self.room else {})
 
 
 @cache
@@ -39,7 +46,10 @@ def held_out_pairs(task_name: str, set_name: SetName) -> tuple[Pair, ...]:
 
 def pairs_of_rows(rows: Sequence[Mapping[str, Any]]) -> tuple[Pair, ...]:
     """The pairs of a file's rows."""
-    return tuple(Pair(Pose(*row["start"]), (row["goal"][0], row["goal"][1]), row["shortest_path"]) for row in rows)
+    return tuple(
+        Pair(Pose(*row["start"]), (row["goal"][0], row["goal"][1]), row["shortest_path"], row.get("room", ""))
+        for row in rows
+    )
 
 
 @cache

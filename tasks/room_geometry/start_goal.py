@@ -27,7 +27,9 @@ _MAX_DRAWS = 10_000
 class PairRule(Protocol):
     """Draws starts and goals in one room."""
 
-    obstacles: Obstacles
+    @property
+    def obstacles(self) -> Obstacles:
+        """Of the room."""
 
     def draw(self, rng: np.random.Generator, held_out: FloatArray) -> tuple[Pose, tuple[float, float]]:
         """Draw a start and a goal.

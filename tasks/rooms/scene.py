@@ -15,18 +15,19 @@ from tasks.room_geometry.footprints import Footprint
 from tasks.room_geometry.free_space import CELL
 from tasks.room_geometry.grid import BoolArray, Grid
 from tasks.room_geometry.obstacles import Obstacles
+from tasks.rooms.fence import build_fence, find_extent, find_fence
 from tasks.rooms.free_floor import label_pieces
 from tasks.rooms.limits import MAX_AREA, MAX_WIDTH, check_obstacles
-from tasks.rooms.room import HEIGHT, Obstacle, Point, Room, Shape
+from tasks.rooms.room import HEIGHT, Point, Room, Shape
+from tasks.rooms.slots import add_slots
 from tasks.scene.checks import find_invalid_number
 from tasks.scene.loading import MODELS
 
 TEMPLATE = MODELS / "own_room.xml"
-FENCE_MARGIN = 6.0  # m around a room without walls: out of the laser's range, 5.6 m, from its obstacles
-FENCE_THICKNESS = 0.05  # m
 # A room has walls if they enclose so much free floor, m², and so large a share of what lies open around it: a closet on
 # an open floor is no room.
 ENCLOSED_FROM, ENCLOSED_SHARE = 2.0, 0.25
+SLOTS = 256  # a generated room has up to 250 obstacles, and a fence four
 CAMERA_ANGLE = 45.0  # degrees, of the camera above
 _TYPES = {
     Shape.BOX: mujoco.mjtGeom.mjGEOM_BOX,
@@ -56,11 +57,11 @@ def build_scene(room: Room, num_beams: int | None = None) -> mujoco.MjSpec:
     """
     check_obstacles(room.obstacles)
     spec = _add_obstacles(room, num_beams)
-    low, high = _extent(room)
+    low, high = find_extent(room)
     _check_area(low, high)
     floor = _enclosed_floor(_compile(spec)) if _holds_pairs(room) else None
     if floor is None:
-        low, high = low - FENCE_MARGIN, high + FENCE_MARGIN
+        low, high = find_fence(low, high)
         _check_area(low, high)
         _add_fence(spec, low, high)
         floor = _enclosed_floor(_compile(spec))
@@ -140,15 +141,6 @@ def _plain(name: str) -> str:
 # Around them ----------------------------------------------------------------------------------------------------------
 
 
-def _extent(room: Room) -> tuple[FloatArray, FloatArray]:
-    """Corners of the smallest rectangle around obstacles and pairs, metres; about the origin for a room without any."""
-    places = [each[:2] for start, goal in room.pairs for each in (start, goal)]
-    corners = [np.array([(0.0, 0.0), *places])] if places or not room.obstacles else []
-    corners += [_corners(obstacle) for obstacle in room.obstacles]
-    points = np.concatenate(corners)
-    return points.min(axis=0), points.max(axis=0)
-
-
 def _check_area(low: FloatArray, high: FloatArray) -> None:
     width, depth = (high - low).tolist()
     if width * depth > MAX_AREA or max(width, depth) > MAX_WIDTH:
@@ -158,53 +150,34 @@ def _check_area(low: FloatArray, high: FloatArray) -> None:
 
 def _holds_pairs(room: Room) -> bool:
     """Whether its starts and goals lie among its obstacles."""
-    low, high = _extent(Room(room.obstacles))
+    low, high = find_extent(Room(room.obstacles))
     places = np.array([each[:2] for start, goal in room.pairs for each in (start, goal)]).reshape(-1, 2)
     return bool(((places > low) & (places < high)).all())
 
 
-def _corners(obstacle: Obstacle) -> FloatArray:
-    """Two corners of the smallest rectangle around an obstacle: (2, 2), metres."""
-    rotation = np.zeros(9)
-    mujoco.mju_quat2Mat(rotation, np.array(obstacle.quaternion) / (np.linalg.norm(obstacle.quaternion) or 1.0))
-    across = rotation.reshape(3, 3)[:2]  # x and y of its own axes
-    match obstacle.shape:
-        case Shape.HULL:
-            points = np.array(obstacle.points) @ across.T
-            low, high = points.min(axis=0), points.max(axis=0)
-            return np.asarray(obstacle.position[:2] + np.stack([low, high]))
-        case Shape.BOX:
-            reach = np.abs(across) @ obstacle.size
-        case Shape.CYLINDER:
-            radius, half = obstacle.size
-            reach = radius * np.sqrt(np.maximum(1.0 - across[:, 2] ** 2, 0.0)) + half * np.abs(across[:, 2])
-        case Shape.SPHERE:
-            reach = np.full(2, obstacle.size[0])
-    return np.array(obstacle.position[:2]) + np.stack([-reach, reach])
-
-
 def _add_fence(spec: mujoco.MjSpec, low: FloatArray, high: FloatArray) -> None:
-    (x, y), (half_x, half_y), half = (low + high) / 2, (high - low) / 2 + FENCE_THICKNESS, FENCE_THICKNESS / 2
-    sides = {
-        "fence_east": (x + half_x, y, half, half_y),
-        "fence_north": (x, y + half_y, half_x, half),
-        "fence_west": (x - half_x, y, half, half_y),
-        "fence_south": (x, y - half_y, half_x, half),
-    }
-    for name, (at_x, at_y, size_x, size_y) in sides.items():
-        geom = spec.worldbody.add_geom(spec.find_default("wall"), name=name)
-        geom.type, geom.pos, geom.size = (
-            mujoco.mjtGeom.mjGEOM_BOX,
-            (at_x, at_y, HEIGHT / 2),
-            (size_x, size_y, HEIGHT / 2),
-        )
+    for side in build_fence(low, high):
+        geom = spec.worldbody.add_geom(spec.find_default("wall"), name=side.name)
+        geom.type, geom.pos, geom.size = mujoco.mjtGeom.mjGEOM_BOX, side.position, side.size
 
 
 def _add_camera(spec: mujoco.MjSpec, low: FloatArray, high: FloatArray) -> None:
     """The camera `top`, which sees the whole room."""
+    spec.worldbody.add_camera(name="top", pos=place_camera(low, high), quat=(1, 0, 0, 0), fovy=CAMERA_ANGLE)
+
+
+def place_camera(low: FloatArray, high: FloatArray) -> tuple[float, float, float]:
+    """Place above a floor of these corners from where the whole of it is seen, metres."""
     (x, y), (width, depth) = (low + high) / 2, high - low
-    height = 1.1 * max(width, depth) / 2 / np.tan(np.radians(CAMERA_ANGLE / 2)) + HEIGHT
-    spec.worldbody.add_camera(name="top", pos=(x, y, height), quat=(1, 0, 0, 0), fovy=CAMERA_ANGLE)
+    return x, y, 1.1 * max(width, depth) / 2 / np.tan(np.radians(CAMERA_ANGLE / 2)) + HEIGHT
+
+
+def compile_slots(num_beams: int | None = None) -> mujoco.MjModel:
+    """The compiled scene of a room that changes at run time; it is empty."""
+    spec = _template(num_beams).copy()
+    add_slots(spec, SLOTS)
+    _add_camera(spec, np.full(2, -4.0), np.full(2, 4.0))
+    return _compile(spec)
 
 
 # Free floor -----------------------------------------------------------------------------------------------------------

@@ -39,10 +39,10 @@ def planning() -> None:
         _timed(AMCL, "update", seconds["update of AMCL"]),
     ):
         for pair in pairs:
-            run_episode(environment, driver, options={"start": pair.start, "goal": pair.goal})
+            run_episode(environment, driver, options=pair.reset_options)
         options = AMCLOptions(min_particles=PARTICLES, max_particles=PARTICLES, update_distance=0.0, update_angle=0.0)
         amcl = AMCL(room_map, robot.shape.max_range, np.random.default_rng(0), (*robot.shape.laser, 0.0), options)
-        observation, _ = environment.reset(options={"start": pairs[0].start, "goal": pairs[0].goal})
+        observation, _ = environment.reset(options=pairs[0].reset_options)
         reading = robot.read(observation)
         amcl.start_at(reading.pose, np.array([0.1, 0.1, 0.1]))
         for step in range(UPDATES):

@@ -66,5 +66,5 @@ def _drive(
 ) -> tuple[float, int]:
     """CPU seconds and steps."""
     begun = time.process_time()
-    episode = run_episode(environment, driver, observers, options={"start": pair.start, "goal": pair.goal})
+    episode = run_episode(environment, driver, observers, options=pair.reset_options)
     return time.process_time() - begun, episode.steps

@@ -53,7 +53,7 @@ def drive(
 
 def _drive_pair(environment: gymnasium.Env, driver: FixedDriver, pair: StartGoalPair, config: AgentConfig) -> Rollout:
     recorder = _StepRecorder()
-    episode = run_episode(environment, driver, (recorder,), options={"start": pair.start, "goal": pair.goal})
+    episode = run_episode(environment, driver, (recorder,), options=pair.reset_options)
     steps = [(step, step.decision) for step in recorder.steps]
     by_controller = np.array([decision.driver is Driver.CONTROLLER for _, decision in steps])
     rewards, dense_rewards = np.array([(step.reward, step.info["dense_reward"]) for step, _ in steps]).T

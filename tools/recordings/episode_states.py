@@ -82,7 +82,7 @@ class EpisodeStates:
         Raises:
             UserError: a step of the recording lacks action or digest.
         """
-        self._physical.reset(options={"start": self.recording.start, "goal": self.recording.goal})
+        self._physical.reset(options=self.recording.reset_options)
         yield RerunStep(0, None, RUNNING, is_same=True)
         goals, begin = self.recording.goals(), 0
         for count, step in enumerate(self.steps, 1):

@@ -44,6 +44,22 @@ class Recording:
         x, y = self._read_place("goal", 2)
         return x, y
 
+    @property
+    def reset_options(self) -> dict[str, Any]:
+        """What an environment's reset takes to begin the episode again.
+
+        Raises:
+            UserError: the recording lacks start or goal, or they are damaged.
+        """
+        options: dict[str, Any] = {"start": self.start, "goal": self.goal}
+        options |= {name: self.facts[name] for name in ("room",) if name in self.facts}
+        if "variation" in self.facts:
+            try:
+                options["variation"] = json.loads(self.facts["variation"])
+            except ValueError as error:
+                raise UserError(f"{self.path} has a damaged variation") from error
+        return options
+
     def _read_place(self, name: str, size: int) -> list[float]:
         try:
             place = [float(number) for number in json.loads(self.facts[name])]

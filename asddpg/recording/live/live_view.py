@@ -87,6 +87,8 @@ class LiveView:
         if self._is_idle:
             return
         self._observation = observation
+        if "room" in info:  # another one in each episode
+            self._publisher.change_scene(scene_message(self._physics.model.ptr))
         self._publish_goal(self._physics.goal())
         self._listener.take_subscription()
         sample = self._sample()

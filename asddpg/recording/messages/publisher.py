@@ -38,6 +38,10 @@ class Publisher:
         self._time = 0
         self.offset = 0  # ns, added to the times of an episode
 
+    def change_scene(self, scene: bytes) -> None:
+        """Take another message of /scene, from the next episode on."""
+        self._scene = scene
+
     def publish(self, samples: Sequence[Sample]) -> None:
         """Publish consecutive samples of an episode; a batch costs a fraction of one by one."""
         for sample, messages in zip(samples, self._poses.encode(samples, self.offset), strict=True):

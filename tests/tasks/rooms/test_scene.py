@@ -13,10 +13,11 @@ from tasks.errors import TaskError
 from tasks.physics import Physics, Pose
 from tasks.registry import task_model
 from tasks.room_geometry.obstacles import Obstacles
+from tasks.rooms.fence import FENCE_MARGIN, FENCE_THICKNESS
 from tasks.rooms.limits import MAX_OBSTACLES
 from tasks.rooms.room import Obstacle, Room, Shape, box, cylinder
 from tasks.rooms.room_rule import RoomRule
-from tasks.rooms.scene import FENCE_MARGIN, FENCE_THICKNESS, compile_room
+from tasks.rooms.scene import compile_room
 from tasks.scene.loading import MODELS, robot_physics
 
 TURNED = (cos(0.4), 0.0, 0.0, sin(0.4))

@@ -1,0 +1,132 @@
+"""A room for each episode: drawn by its number from a mixture of generators, written into the slots of one scene."""
+
+from collections.abc import Callable, Sequence
+from math import pi
+from typing import Any
+
+import numpy as np
+
+from tasks.errors import TaskError
+from tasks.physics import FloatArray, Physics, Pose
+from tasks.room_geometry.obstacles import Obstacles
+from tasks.room_geometry.start_goal import PairRule
+from tasks.rooms.fence import build_fence, find_extent, find_fence
+from tasks.rooms.floor_cells import CELL, clearance, describe, divide_floor
+from tasks.rooms.generators.catalogue import GENERATORS
+from tasks.rooms.generators.connected import TURNING_RADIUS
+from tasks.rooms.reading import find_room, is_room
+from tasks.rooms.room import Obstacle, Point, Room
+from tasks.rooms.scene import compile_room, place_camera
+from tasks.rooms.slots import Slots
+
+FIRST_NUMBER, LAST_NUMBER = 1000, 10**9 - 1  # of the rooms of a training; those below are for validation and test
+OPEN = "open"  # the generator whose floor has no bounds
+MIN_GOAL, MAX_GOAL = 0.5, 10.0  # m from start to goal as the crow flies
+_MAX_DRAWS = 200
+
+
+class GeneratedRoomRule:
+    """Starts and goals in a room that a generator drew, from its obstacles alone."""
+
+    def __init__(self, room: Room, distances: tuple[float, float], is_open: bool) -> None:
+        """Prepare a room; goals lie so many metres from their starts, least and greatest, or are the room's own."""
+        self._room, self._distances, self._is_open = room, distances, is_open
+        self._rows = describe(room.obstacles)
+
+    @property
+    def obstacles(self) -> Obstacles:
+        """Of the room, as its compiled scene has them; this takes 20 ms."""
+        return Obstacles.from_model(compile_room(self._room))
+
+    def draw(self, rng: np.random.Generator, held_out: FloatArray) -> tuple[Pose, Point]:
+        """Draw a start and a goal on the largest piece of floor; one of the room's own pairs on an open floor.
+
+        Raises:
+            TaskError: the room leaves none.
+        """
+        room = self._room
+        if self._is_open:
+            return room.pairs[int(rng.integers(len(room.pairs)))]
+        corners = np.array([each[:2] for pair in room.pairs for each in pair]).reshape(-1, 2)
+        cells = divide_floor(room.obstacles, TURNING_RADIUS, corners).largest()
+        for _ in range(_MAX_DRAWS if len(cells) else 0):
+            x, y = self._draw_place(rng, cells)
+            distances = np.hypot(cells[:, 0] - x, cells[:, 1] - y)
+            near = cells[(distances >= self._distances[0] + CELL) & (distances <= self._distances[1] - CELL)]
+            if not len(near):
+                continue
+            goal = self._draw_place(rng, near)
+            if all(clearance(self._rows, *place) >= TURNING_RADIUS for place in ((x, y), goal)):
+                return Pose(x, y, rng.uniform(-pi, pi)), goal
+        raise TaskError("the room leaves no start and goal")
+
+    @staticmethod
+    def _draw_place(rng: np.random.Generator, cells: FloatArray) -> Point:
+        x, y = (cells[int(rng.integers(len(cells)))] + rng.uniform(-CELL / 2, CELL / 2, 2)).tolist()
+        return x, y
+
+
+class ChangingRoom:
+    """The room of the present episode.
+
+    Attributes:
+        name: of the room, such as cylinders:1234 or nav_office; empty before the first.
+    """
+
+    def __init__(self, names: Sequence[str], find_rule: Callable[[str], tuple[PairRule, FloatArray, Room]]) -> None:
+        """Mix rooms.
+
+        Args:
+            names: of generators and of tasks, each as likely as it is named.
+            find_rule: of a task, its rule, the goals that no drawn one comes near, and its room.
+        """
+        self._names, self._find_rule = names, find_rule
+        self.name = ""
+        self._rule: PairRule | None = None
+        self._held_out = np.zeros((0, 2))
+        self._slots: Slots | None = None
+
+    def __getstate__(self) -> dict[str, Any]:
+        """A copy of an environment has slots of its own."""
+        return self.__dict__ | {"_slots": None}
+
+    @property
+    def obstacles(self) -> Obstacles:
+        """Of the present room."""
+        if self._rule is None:
+            raise TaskError("no room yet: the first begins with the first episode")
+        return self._rule.obstacles
+
+    def draw_name(self, rng: np.random.Generator) -> str:
+        """A room's name from the mixture."""
+        name = self._names[int(rng.integers(len(self._names)))]
+        return f"{name}:{rng.integers(FIRST_NUMBER, LAST_NUMBER + 1)}" if name in GENERATORS else name
+
+    def enter(self, physics: Physics, name: str) -> None:
+        """Change the room; physics must be reset or restored afterwards.
+
+        Raises:
+            TaskError: there is no such room.
+        """
+        if is_room(name):
+            room, is_open = find_room(name), name.startswith(f"{OPEN}:")
+            self._rule, self._held_out = GeneratedRoomRule(room, (MIN_GOAL, MAX_GOAL), is_open), np.zeros((0, 2))
+        else:
+            self._rule, self._held_out, room = self._find_rule(name)
+        model = physics.model.ptr
+        if self._slots is None or self._slots.model is not model:
+            self._slots = Slots(model)
+        self._slots.fill(_standing(room))
+        camera = model.camera("top").id
+        model.cam_pos[camera] = place_camera(*find_extent(room))
+        self.name = name
+
+    def draw(self, rng: np.random.Generator, held_out: FloatArray) -> tuple[Pose, Point]:
+        """Draw a start and a goal in the present room."""
+        assert self._rule is not None
+        return self._rule.draw(rng, self._held_out)
+
+
+def _standing(room: Room) -> tuple[Obstacle, ...]:
+    """All that stands in the compiled scene of a room: a generated room with pairs of its own has a fence."""
+    return room.obstacles + (build_fence(*find_fence(*find_extent(room))) if room.pairs else ())
