@@ -27,6 +27,11 @@ class LaserConfig:
     """What the laser does; by default it is perfect."""
 
     num_beams: int = option(NUM_BEAMS, "Beams over 240°; 40 in the paper's code, 682 in reality.", between(2, 2000))
+    rays_per_beam: int = option(
+        1,
+        "Rays of a beam, the nearest return of which counts: more of them see thin legs.",
+        between(1, 50),
+    )
     noise: float = option(0.0, "Scale of the noise on every range; 1 is that of a real URG-04LX, 0 none.", NOT_NEGATIVE)
     dropout: float = option(0.0, "Probability that a beam returns nothing; it then reads the maximum range.", SHARE)
     latency: float = option(0.0, "Seconds from a scan to the end of the step that returns it.", between(0, 2, " s"))
@@ -34,6 +39,19 @@ class LaserConfig:
     def __post_init__(self) -> None:
         """TaskError where a value is out of range."""
         check_options(self)
+
+    @property
+    def num_rays(self) -> int:
+        """Rays of the scene's ring."""
+        return self.num_beams * self.rays_per_beam
+
+
+def pool_rays(ranges: FloatArray, rays_per_beam: int) -> FloatArray:
+    """The nearest return of each beam's rays: (..., beams · rays) → (..., beams), metres."""
+    if rays_per_beam == 1:
+        return ranges
+    pooled: FloatArray = ranges.reshape(*ranges.shape[:-1], -1, rays_per_beam).min(axis=-1)
+    return pooled
 
 
 class Laser:
@@ -94,7 +112,7 @@ class Laser:
             self._read_at = physics.time()
             scan = physics.delayed_ranges() if self._waiting else physics.ranges()
             self._waiting.append(self._disturbed(scan))
-        return self._waiting[0].copy()
+        return pool_rays(self._waiting[0], self.config.rays_per_beam).copy()
 
     def _disturbed(self, scan: FloatArray) -> FloatArray:
         if self._noise > 0.0:
@@ -106,9 +124,14 @@ class Laser:
         return np.clip(scan, MIN_RANGE, MAX_RANGE)
 
 
-def beam_angles(count: int) -> FloatArray:
-    """Angles of the beams from straight ahead, from the rightmost to the leftmost: float64 (count,), radians."""
-    return np.linspace(-FIELD_OF_VIEW / 2, FIELD_OF_VIEW / 2, count)
+def beam_angles(count: int, rays_per_beam: int = 1) -> FloatArray:
+    """Angles of the beams from straight ahead, from the rightmost to the leftmost: float64 (count,), radians.
+
+    A beam of several rays points along their middle.
+    """
+    rays = np.linspace(-FIELD_OF_VIEW / 2, FIELD_OF_VIEW / 2, count * rays_per_beam)
+    angles: FloatArray = rays.reshape(count, rays_per_beam).mean(axis=1) if rays_per_beam > 1 else rays
+    return angles
 
 
 def laser_position(model: mujoco.MjModel) -> tuple[float, float]:

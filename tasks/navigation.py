@@ -17,7 +17,7 @@ from tasks.generator_state import RandomSource, make_generator
 from tasks.laser import Laser, LaserConfig
 from tasks.options import NOT_NEGATIVE, POSITIVE, Range, between, build_options, check_options, option
 from tasks.physics import FloatArray, Physics, Pose, Readings
-from tasks.rewards import NO_REWARD, Outcome, Reward
+from tasks.rewards import Outcome, Reward
 from tasks.room_geometry.start_goal import PairRule
 from tasks.rooms.changing_room import ChangingRoom
 from tasks.rooms.generators.catalogue import GENERATORS
@@ -123,7 +123,8 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
 
     def _reset_episode(self) -> None:
         self.outcome = Outcome.RUNNING
-        self.reward_terms = NO_REWARD.copy()
+        self.reward_terms = self.reward.no_terms
+        self._turn_rate = self._turn_change = 0.0  # of the commands, rad/s
         self._steps = 0
 
     # Episode ------------------------------------------------------------------------------------------------------
@@ -229,6 +230,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
             "outcome": str(self.outcome),
             "reward_terms": dict(self.reward_terms),
             "steps": self._steps,
+            "turn_rate": self._turn_rate,
             "laser": self.laser.state(),
             **self.differences,
         }
@@ -242,6 +244,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         self.outcome = Outcome(state["outcome"])
         self.reward_terms = dict(state["reward_terms"])
         self._steps = state["steps"]
+        self._turn_rate = state.get("turn_rate", 0.0)
         self.laser.load_state(state["laser"], *self.variation[:3])
 
     # Step ---------------------------------------------------------------------------------------------------------
@@ -257,9 +260,10 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
             linear, angular = map(float, action)
         except (TypeError, ValueError) as error:
             raise TaskError(f"an action is two numbers, for v and for ω, not {reprlib.repr(action)}") from error
+        turn_rate = min(max(angular, -limits.max_angular_velocity), limits.max_angular_velocity)
+        self._turn_rate, self._turn_change = turn_rate, turn_rate - self._turn_rate
         physics.set_velocity_command(
-            min(max(linear, limits.min_linear_velocity), limits.max_linear_velocity),
-            min(max(angular, -limits.max_angular_velocity), limits.max_angular_velocity),
+            min(max(linear, limits.min_linear_velocity), limits.max_linear_velocity), turn_rate
         )
 
     def after_step(self, physics: Physics) -> None:
@@ -273,7 +277,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
             self.outcome = Outcome.REACHED
         elif self._steps >= self.config.time_limit_steps:
             self.outcome = Outcome.TIMEOUT
-        self.reward_terms = self.reward.terms(self.outcome, previous_distance, distance)
+        self.reward_terms = self.reward.terms(self.outcome, previous_distance, distance, self._turn_change)
 
     def get_reward(self, physics: Physics) -> float:
         """Sum of the reward terms."""
@@ -307,7 +311,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
 
     def observation_spec(self, physics: Physics) -> dict[str, specs.BoundedArray]:
         """Bounds of each observation."""
-        beams = (physics.num_beams,)
+        beams = (self.config.laser.num_beams,)
         return {
             "ranges": specs.BoundedArray(beams, np.float64, constants.MIN_RANGE, constants.MAX_RANGE, "ranges"),
             "velocity": specs.BoundedArray((2,), np.float64, -VELOCITY_BOUNDS, VELOCITY_BOUNDS, "velocity"),

@@ -85,7 +85,7 @@ def load(
     reward_name = find_task(task_name).reward
     config = build_options(NavigationConfig, "config", {} if config is None else config)
     reward = reward_name if reward is None else reward
-    physics = robot_physics(task_model(task_name, config.laser.num_beams), task_name, TASK_CAMERAS)
+    physics = robot_physics(task_model(task_name, config.laser.num_rays), task_name, TASK_CAMERAS)
     rule: PairRule
     if task_name == ANYWHERE:
         rule = ChangingRoom(config.rooms, _find_task_room)

@@ -25,19 +25,25 @@ class Reward:
     progress: float = option(1.0, "Earned for a metre of progress; 0 makes the reward sparse.", NOT_NEGATIVE)
     time_penalty: float = option(0.01, "The paper's C, taken off each step.", NOT_NEGATIVE)
     reach: float = option(5.0, "The paper's R_reach, earned at the goal.", NOT_NEGATIVE)
+    turn_price: float = option(
+        0.0, "Taken off each step for the squared change, (rad/s)², of the commanded turn rate.", NOT_NEGATIVE
+    )
     crash: float = option(-5.0, "The paper's R_crash, itself negative.", Range(lambda value: value <= 0, "0 or less"))
 
     def __post_init__(self) -> None:
         """TaskError where a value is out of range."""
         check_options(self)
 
-    def terms(self, outcome: Outcome, previous_distance: float, distance: float) -> dict[str, float]:
+    def terms(
+        self, outcome: Outcome, previous_distance: float, distance: float, turn_change: float = 0.0
+    ) -> dict[str, float]:
         """The reward of one step as named terms; their sum is the reward.
 
         Args:
             outcome: how the step left the episode; a time limit is rewarded like any other step.
             previous_distance: to the goal before the step, metres.
             distance: to the goal after the step, metres.
+            turn_change: of the commanded turn rate, from the last step to this, rad/s.
         """
         terms = NO_REWARD.copy()
         if outcome is Outcome.CRASHED:
@@ -47,7 +53,14 @@ class Reward:
         else:
             terms["progress"] = self.progress * (previous_distance - distance)
             terms["time"] = -self.time_penalty
+        if self.turn_price:
+            terms["turn"] = -self.turn_price * turn_change**2
         return terms
+
+    @property
+    def no_terms(self) -> dict[str, float]:
+        """The terms before the first step."""
+        return NO_REWARD | ({"turn": 0.0} if self.turn_price else {})
 
 
 def dense_part(terms: dict[str, float]) -> float:

@@ -21,6 +21,9 @@ if TYPE_CHECKING:  # asddpg.config imports tasks, and with it mujoco, which an a
 Losses = Mapping[str, Tensor]  # losses and TD errors of one update
 
 
+SMOOTHNESS_GROWS = (0.2, 0.6)  # share of training at which its weight begins to grow, and is full
+
+
 class Learner:
     """Networks, their targets and optimisers.
 
@@ -85,6 +88,7 @@ class Learner:
     def update(self, batches: Sequence[Batch], steps: int) -> list[Losses]:
         """An update from each batch, after so many training steps: Critic-DQN, every so often policy, soft targets."""
         self._decay_learning_rates(steps)
+        self._raise_smoothness(steps)
         if self._earlier is None:
             return [self._update_both(batch) for batch in batches]
         return self._update_side_by_side(batches, self._earlier)
@@ -158,6 +162,12 @@ class Learner:
             noise = torch.empty_like(batch.a).normal_(0.0, sigma, generator=self._smoothing)
             noise = noise.clamp_(-2.0 * sigma, 2.0 * sigma)
         return TargetRule(self._config.gamma, self._config.critic_follows_switch, noise)
+
+    def _raise_smoothness(self, steps: int) -> None:
+        """From the start it would keep a policy that has learned nothing as it is."""
+        begin, end = SMOOTHNESS_GROWS
+        share = min(max((steps / self._total_steps - begin) / (end - begin), 0.0), 1.0)
+        self._policy_terms = self._policy_terms._replace(smoothness=share * self._config.smoothness)
 
     def _decay_learning_rates(self, steps: int) -> None:
         scale = learning_rate_scale(steps, self._total_steps, self._config.annealing)

@@ -70,7 +70,7 @@ def read_shape(environment: NavigationEnv) -> RobotShape:
         footprint=np.array(footprint.outline),
         inscribed_radius=footprint.inscribed_radius,
         laser=laser_position(model),
-        beams=beam_angles(environment.scan_shape[1]),
+        beams=beam_angles(environment.scan_shape[1], environment.task.config.laser.rays_per_beam),
         max_range=MAX_RANGE,
         control_timestep=environment.task.config.control_timestep,
         low=low,

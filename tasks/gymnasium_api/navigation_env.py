@@ -87,7 +87,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         self._env = load(task, random=0, reward=reward, config=config)
         self.physics: Any = self._env.physics
         self.task: Navigation = self._env.task
-        self._stack = ScanStack(options.num_scans, self.physics.num_beams)
+        self._stack = ScanStack(options.num_scans, self.task.config.laser.num_beams)
         self.render_mode = render_mode
         self._picture = (options.camera, options.width, options.height)
         check_picture(self.physics.model.ptr, *self._picture)

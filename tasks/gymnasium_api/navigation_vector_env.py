@@ -20,7 +20,7 @@ from tasks.gymnasium_api.navigation_env import NavigationEnv, check_scene
 from tasks.gymnasium_api.robot_batch import BoolArray, RobotBatch, columns
 from tasks.options import POSITIVE, argument, check_options
 from tasks.physics import FloatArray
-from tasks.rewards import NO_REWARD, Outcome
+from tasks.rewards import Outcome
 
 _OUTCOMES = np.array([str(outcome) for outcome in Outcome], dtype=object)  # by code
 _RUNNING, _REACHED, _CRASHED, _TIMEOUT = range(4)
@@ -92,8 +92,11 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
         self._over = np.ones(num_envs, np.bool_)  # no episode is in progress
         self._starts, self._goals = np.zeros((num_envs, 3)), np.zeros((num_envs, 2))
         rewards = [env.task.reward for env in self.envs]  # tasks differ in theirs
-        self._reward_constants = np.array([(r.progress, r.time_penalty, r.reach, r.crash) for r in rewards]).T
-        self._terms = {name: np.zeros(num_envs) for name in NO_REWARD}
+        self._reward_constants = np.array(
+            [(r.progress, r.time_penalty, r.reach, r.crash, r.turn_price) for r in rewards]
+        ).T
+        self._terms = {name: np.zeros(num_envs) for name in first.task.reward.no_terms}
+        self._turn_rates, self._turn_changes = np.zeros(num_envs), np.zeros(num_envs)  # of the commands, rad/s
         self._differences: list[dict[str, Any]] = [env.task.differences for env in self.envs]
         self._readings = self._batch.readings(self._goals)
 
@@ -132,6 +135,7 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
         self._starts[robot], self._goals[robot] = info["start"], info["goal"]
         self._differences[robot] = self.envs[robot].task.differences
         self._steps[robot], self._outcomes[robot], self._over[robot] = 0, _RUNNING, False
+        self._turn_rates[robot] = 0.0
 
     # Step ---------------------------------------------------------------------------------------------------------
 
@@ -196,6 +200,9 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
         config = self.envs[0].task.config
         linear = np.minimum(np.maximum(actions[:, 0], config.min_linear_velocity), config.max_linear_velocity)
         turn_rate = min(config.max_angular_velocity, TURN_RATE_LIMIT)
+        limit = config.max_angular_velocity
+        commanded = np.minimum(np.maximum(actions[:, 1], -limit), limit)
+        self._turn_rates, self._turn_changes = commanded, commanded - self._turn_rates
         half_turn = 0.5 * TRACK * np.minimum(np.maximum(actions[:, 1], -turn_rate), turn_rate)
         speeds: list[list[float]] = (columns(linear - half_turn, linear + half_turn) / WHEEL_RADIUS).tolist()
         return speeds
@@ -211,7 +218,7 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
 
     def _reward(self, driven: BoolArray, previous_distance: FloatArray) -> None:
         """Terms of the rewards, as Reward.terms() computes those of one robot."""
-        (progress, price, reach, crash), outcomes = self._reward_constants, self._outcomes
+        (progress, price, reach, crash, turn_price), outcomes = self._reward_constants, self._outcomes
         on_the_way = driven & ((outcomes == _RUNNING) | (outcomes == _TIMEOUT))
         self._terms = {
             "progress": np.where(on_the_way, progress * (previous_distance - self._readings.distance), 0.0),
@@ -219,6 +226,8 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
             "reach": np.where(outcomes == _REACHED, reach, 0.0),
             "crash": np.where(outcomes == _CRASHED, crash, 0.0),
         }
+        if "turn" in self.envs[0].task.reward.no_terms:
+            self._terms["turn"] = np.where(driven, -turn_price * self._turn_changes**2, 0.0)
 
     def _observe(self, driven: BoolArray) -> None:
         """Observations of the robots that drove, as ScanStack.push() writes one."""
@@ -270,6 +279,7 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
             return state
         terms = {name: float(values[robot]) for name, values in self._terms.items()}
         judged = {"outcome": str(_OUTCOMES[outcome]), "reward_terms": terms, "steps": int(self._steps[robot])}
+        judged["turn_rate"] = float(self._turn_rates[robot])
         over = {"over": outcome != _RUNNING, "count": int(self._steps[robot])}
         return state | {"task": state["task"] | judged, "observation": self._observations[robot].copy()} | over
 
@@ -291,6 +301,7 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
             self._goals[robot] = info["goal"] if info else 0.0
             self._differences[robot] = env.task.differences
             self._steps[robot], self._starts[robot] = task["steps"], task["start"]
+            self._turn_rates[robot] = task.get("turn_rate", 0.0)
             self._outcomes[robot] = [*Outcome].index(task["outcome"]) if each["begun"] else _NONE
             for name, values in self._terms.items():
                 values[robot] = task["reward_terms"][name]

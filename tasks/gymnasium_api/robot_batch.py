@@ -10,6 +10,7 @@ import numpy.typing as npt
 
 from tasks.constants import MAX_RANGE, MIN_RANGE
 from tasks.gymnasium_api.navigation_env import NavigationEnv
+from tasks.laser import pool_rays
 from tasks.physics import FloatArray
 
 BoolArray = npt.NDArray[np.bool_]
@@ -48,7 +49,9 @@ class RobotBatch:
         self._is_perfect = envs[0].task.has_perfect_laser
         self._views = [physics.views() for physics in self._physics]
         self._positions, self._velocities = np.zeros((count, 7)), np.zeros((count, 6))  # qpos and qvel of the bases
-        self._beams = np.zeros((count, envs[0].scan_shape[1]))
+        laser = envs[0].task.config.laser
+        self._rays_per_beam = laser.rays_per_beam if self._is_perfect else 1  # else the laser has pooled them
+        self._beams = np.zeros((count, laser.num_beams * self._rays_per_beam))
         self.crashed, self.pushed = np.zeros(count, dtype=np.bool_), np.zeros(count, dtype=np.int64)
         num_threads = min(num_threads, count)
         # The caller is one of the threads while it waits in finish(): to wake another for its share would take longer.
@@ -84,8 +87,10 @@ class RobotBatch:
     def read(self, robot: int) -> None:
         """Copy a robot's present state."""
         physics = self._physics[robot]
-        self._positions[robot], self._velocities[robot], self._beams[robot] = self._views[robot]
-        if not self._is_perfect:
+        self._positions[robot], self._velocities[robot], rays = self._views[robot]
+        if self._is_perfect:
+            self._beams[robot] = rays
+        else:
             self._beams[robot] = self._lasers[robot].ranges(physics)
         self.crashed[robot], self.pushed[robot] = physics.crashed(), physics.num_pushed()
 
@@ -93,7 +98,7 @@ class RobotBatch:
         """The scans, (n, num_beams), metres, as Physics.ranges() gives one."""
         hits = np.where(self._beams < 0.0, MAX_RANGE, self._beams)
         ranges: FloatArray = np.minimum(np.maximum(hits, MIN_RANGE), MAX_RANGE)
-        return ranges
+        return pool_rays(ranges, self._rays_per_beam)
 
     def readings(self, goals: FloatArray) -> BatchReadings:
         """Pose, velocity and goal of all robots, equal to those of Physics.readings() to the last bit.
