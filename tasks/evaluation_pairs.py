@@ -10,24 +10,47 @@ import numpy as np
 
 from tasks.constants import GOAL_RADIUS
 from tasks.physics import FloatArray, Pose
-from tasks.registry import OWN_ROOM, find_task, make_rule, task_model
+from tasks.registry import ANYWHERE, OWN_ROOM, find_task, make_rule, task_model
 from tasks.room_geometry.grid import Grid
 from tasks.room_geometry.held_out import Pair, SetName, held_out_goals, held_out_pairs
 from tasks.room_geometry.obstacles import Obstacles
+from tasks.rooms.changing_room import FIRST_NUMBER, GENERATED, LAST_NUMBER, GeneratedRoomRule, is_open
 from tasks.rooms.pairs import SIZES, draw_sets, room_digest
 from tasks.rooms.reading import find_room
 from tasks.rooms.room_rule import RoomRule
+from tasks.rooms.scene import compile_room
 
 CELL, ROOM_CELL = 0.05, 0.1  # m; of a room that is a file or is generated: its paths are not stored
 MOST_CELLS = 500_000  # of a large room cells grow with it: a search takes a second and half a gigabyte
+SEED = 2018  # of the pairs in generated rooms
+EVALUATED_GOALS = (1.5, 10.0)  # m from start to goal as the crow flies, in generated rooms
 ROBOT_RADIUS = 0.19  # m: half the robot's width, to the centimetre: the space for driving straight through a gap
 
 
 def fresh_pairs(task_name: str, rng: np.random.Generator, count: int, goal_radius: float) -> tuple[Pair, ...]:
     """Draw pairs of a task as training does, away from the goals of the stored sets."""
+    if task_name == ANYWHERE:
+        numbers = [int(number) for number in rng.integers(FIRST_NUMBER, LAST_NUMBER + 1, count)]
+        rooms = [f"{GENERATED[index % len(GENERATED)]}:{number}" for index, number in enumerate(numbers)]
+        return tuple(pair for room in rooms for pair in draw_room_pairs(room, 1, goal_radius))
     if find_task(task_name) is OWN_ROOM:
         return draw_pairs(task_name, rng, count, goal_radius, np.zeros((0, 2)), ROOM_CELL)
     return draw_pairs(task_name, rng, count, goal_radius, held_out_goals(task_name))
+
+
+def draw_room_pairs(room_name: str, count: int, goal_radius: float) -> tuple[Pair, ...]:
+    """Pairs of task=nav_anywhere in a generated room, which follow from its name."""
+    rng = np.random.default_rng([SEED, *room_name.encode()])
+    room = find_room(room_name)
+    rule = GeneratedRoomRule(room, EVALUATED_GOALS, is_open(room_name))
+    drawn = [rule.draw(rng, np.zeros((0, 2))) for _ in range(count)]
+    pairs = [replace(_round_pair(start, goal), room=room_name) for start, goal in drawn]
+    return find_paths(pairs, compile_room(room), goal_radius, ROOM_CELL)
+
+
+def _round_pair(start: Pose, goal: tuple[float, float]) -> Pair:
+    """Millimetres, and thousandths of a radian, are enough to write down."""
+    return Pair(Pose(*(round(value, 3) for value in start)), (round(goal[0], 3), round(goal[1], 3)), np.inf)
 
 
 def draw_pairs(
@@ -42,11 +65,7 @@ def draw_pairs(
     model = task_model(task_name)
     rule = make_rule(task_name, model)
     drawn = [rule.draw(rng, held_out) for _ in range(count)]
-    # Millimetres, and thousandths of a radian, are enough to write down.
-    pairs = [
-        Pair(Pose(*(round(value, 3) for value in start)), (round(x, 3), round(y, 3)), np.inf) for start, (x, y) in drawn
-    ]
-    return find_paths(pairs, model, goal_radius, cell)
+    return find_paths([_round_pair(*each) for each in drawn], model, goal_radius, cell)
 
 
 def stored_pairs(task_name: str, set_name: SetName, goal_radius: float, count: int | None = None) -> tuple[Pair, ...]:
@@ -69,7 +88,12 @@ def _search_pairs(
         pairs = draw_sets(find_room(task_name), RoomRule(model))[set_name][:count]
         return find_paths(pairs, model, goal_radius, ROOM_CELL)
     pairs = held_out_pairs(task_name, set_name)[:count]
-    return pairs if goal_radius == GOAL_RADIUS else find_paths(pairs, task_model(task_name), goal_radius)
+    if goal_radius == GOAL_RADIUS:
+        return pairs
+    if task_name != ANYWHERE:
+        return find_paths(pairs, task_model(task_name), goal_radius)
+    models = {pair.room: compile_room(find_room(pair.room)) for pair in pairs}
+    return tuple(path for pair in pairs for path in find_paths([pair], models[pair.room], goal_radius, ROOM_CELL))
 
 
 def find_paths(

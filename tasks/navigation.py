@@ -19,8 +19,7 @@ from tasks.options import NOT_NEGATIVE, POSITIVE, Range, between, build_options,
 from tasks.physics import FloatArray, Physics, Pose, Readings
 from tasks.rewards import Outcome, Reward
 from tasks.room_geometry.start_goal import PairRule
-from tasks.rooms.changing_room import ChangingRoom
-from tasks.rooms.generators.catalogue import GENERATORS
+from tasks.rooms.changing_room import MIXTURE, ChangingRoom
 from tasks.variation import NO_VARIATION, Variation, VariationConfig, VariedBody
 
 # Bounds of the observation, wide enough for anything the robot does. The wheels' limit gives 1.2 m/s and 7.3 rad/s.
@@ -63,7 +62,7 @@ class NavigationConfig:
         GOAL_BOUND, "Metres; a goal farther away is observed at this distance.", between(0.5, GOAL_BOUND, " m")
     )
     rooms: list[str] = option(
-        [*GENERATORS, *GENERATORS, "nav_complex", "nav_gazebo", "nav_office"],
+        [*MIXTURE],
         "Of task=nav_anywhere: generators and tasks, each as likely as it is named.",
     )
     laser: LaserConfig = field(default_factory=LaserConfig)

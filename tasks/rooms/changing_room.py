@@ -20,9 +20,17 @@ from tasks.rooms.scene import compile_room, place_camera
 from tasks.rooms.slots import Slots
 
 FIRST_NUMBER, LAST_NUMBER = 1000, 10**9 - 1  # of the rooms of a training; those below are for validation and test
-OPEN = "open"  # the generator whose floor has no bounds
-MIN_GOAL, MAX_GOAL = 0.5, 10.0  # m from start to goal as the crow flies
+OPEN = ("open", "bare")  # generators whose floor has no bounds
+# By default: of each generator twice as many rooms as of each task.
+GENERATED = ("cylinders", "clutter", "legs", "corridors", "maze", "rooms", "open")
+MIXTURE = (*GENERATED, *GENERATED, "nav_complex", "nav_gazebo", "nav_office")
+TRAINED_GOALS = (0.5, 10.0)  # m from start to goal as the crow flies
 _MAX_DRAWS = 200
+
+
+def is_open(name: str) -> bool:
+    """Whether the floor of a generated room has no bounds."""
+    return name.partition(":")[0] in OPEN
 
 
 class GeneratedRoomRule:
@@ -109,8 +117,8 @@ class ChangingRoom:
             TaskError: there is no such room.
         """
         if is_room(name):
-            room, is_open = find_room(name), name.startswith(f"{OPEN}:")
-            self._rule, self._held_out = GeneratedRoomRule(room, (MIN_GOAL, MAX_GOAL), is_open), np.zeros((0, 2))
+            room = find_room(name)
+            self._rule, self._held_out = GeneratedRoomRule(room, TRAINED_GOALS, is_open(name)), np.zeros((0, 2))
         else:
             self._rule, self._held_out, room = self._find_rule(name)
         model = physics.model.ptr

@@ -48,7 +48,7 @@ def test_the_papers_agent_is_the_same_in_every_room(task: str) -> None:
 def test_what_the_rooms_set() -> None:
     configs = {task: train_config([f"task={task}"]) for task in ALL_TASKS}
     moving = [task for task, config in configs.items() if config.task.min_linear_velocity == 0.05]
-    assert moving == ["nav_empty", "nav_simple", "nav_complex", "nav_gazebo"]
+    assert moving == ["nav_empty", "nav_simple", "nav_complex", "nav_gazebo", "nav_anywhere"]
     gazebo = configs["nav_gazebo"].agent
     assert (gazebo.samples_per_step, gazebo.imitation) == (24, 0.0)
 

@@ -1,6 +1,7 @@
 """Properties of every registered task; a new task is tested by its registration."""
 
 import itertools
+from collections import Counter
 from typing import Any
 
 import dm_env
@@ -13,9 +14,14 @@ from dm_env import test_utils
 from gymnasium.utils.env_checker import check_env
 
 import tasks
+from tasks.evaluation_pairs import draw_room_pairs
+from tasks.gymnasium_api.navigation_env import NavigationEnv
+from tasks.registry import ROOM_TASKS
 from tasks.room_geometry import held_out
+from tasks.rooms.changing_room import FIRST_NUMBER, GENERATED
 
 EVERY_TASK = pytest.mark.parametrize("name", tasks.ALL_TASKS)
+EVERY_ROOM = pytest.mark.parametrize("name", ROOM_TASKS)
 PAPER_ROOMS = ("nav_empty", "nav_simple", "nav_complex")
 
 # The first and the hundredth goal, metres.
@@ -70,7 +76,7 @@ def test_the_rooms_of_the_paper_keep_the_released_codes_rule_and_draw_the_same_g
     assert not np.any(np.all(np.abs(goals) < 2.0, axis=1))
 
 
-@EVERY_TASK
+@EVERY_ROOM
 def test_stored_sets_have_their_sizes_and_a_path_from_every_free_start_to_every_free_goal(name: str) -> None:
     environment = tasks.load(name)
     sizes: dict[held_out.SetName, int] = {"validation": 50, "test": 200}
@@ -103,11 +109,26 @@ def test_actions_are_in_physical_units(name: str) -> None:
     assert environment.observation_space.shape == (124,)
 
 
-@EVERY_TASK
+@EVERY_ROOM
 def test_held_out_sets_are_what_the_tool_draws(name: str) -> None:
     from tools.draw_held_out import stored_text
 
     assert stored_text(name) == (held_out.FOLDER / f"{name}.json").read_text()
+
+
+def test_pairs_of_nav_anywhere_are_what_the_tool_draws_and_stand_free_in_rooms_below_those_of_trainings() -> None:
+    environment = NavigationEnv("nav_anywhere")
+    for set_name, per_room in (("validation", 1), ("test", 2)):
+        pairs = held_out.held_out_pairs("nav_anywhere", set_name)
+        assert Counter(Counter(pair.room for pair in pairs).values()) == {per_room: len(pairs) // per_room}
+        assert {pair.room.partition(":")[0] for pair in pairs} == set(GENERATED)
+        assert all(int(pair.room.partition(":")[2]) < FIRST_NUMBER for pair in pairs)
+        for room in {pair.room: None for pair in pairs[: 14 * per_room]}:  # two of each generator
+            assert [pair for pair in pairs if pair.room == room] == list(draw_room_pairs(room, per_room, 0.3))
+        for pair in pairs[:: len(pairs) // 50]:
+            straight = np.hypot(pair.goal[0] - pair.start.x, pair.goal[1] - pair.start.y) - 0.3
+            assert straight - 0.06 <= pair.shortest_path < 30.0
+            environment.reset(options=pair.reset_options)
 
 
 class TestDmEnvConformance(test_utils.EnvironmentTestMixin, absltest.TestCase):  # type: ignore[misc]

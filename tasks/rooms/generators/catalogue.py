@@ -6,6 +6,7 @@ from types import MappingProxyType
 import numpy as np
 
 from tasks.errors import TaskError
+from tasks.rooms.generators.bare_floor import draw_bare
 from tasks.rooms.generators.clutter import draw_clutter
 from tasks.rooms.generators.corridors import draw_corridors
 from tasks.rooms.generators.cylinders import draw_cylinders
@@ -24,6 +25,7 @@ GENERATORS: Mapping[str, Callable[[np.random.Generator], Room]] = MappingProxyTy
         "maze": draw_maze,
         "rooms": draw_rooms,
         "open": draw_open,
+        "bare": draw_bare,
     }
 )
 

@@ -23,7 +23,7 @@ def draw_open(rng: np.random.Generator) -> Room:
     The pairs belong to the room because a fence stands around a room without walls, 6 m from all that is in it. From
     places drawn anywhere inside the fence the robot would see it.
     """
-    pairs = tuple((Pose(0.0, 0.0, rng.uniform(-pi, pi)), _draw_point(rng, *GOAL)) for _ in range(PAIRS))
+    pairs = tuple(draw_pair(rng, GOAL) for _ in range(PAIRS))
     taken = [(0.0, 0.0, 0.0), *((*goal, 0.0) for _, goal in pairs)]
     things = []
     for _ in range(int(rng.integers(MOST_THINGS + 1))):
@@ -36,6 +36,11 @@ def draw_open(rng: np.random.Generator) -> Room:
                 things.append(_make_thing(x, y, half_x, half_y, None if is_round else rng.uniform(0.0, pi)))
                 break
     return Room(tuple(things), pairs=pairs)
+
+
+def draw_pair(rng: np.random.Generator, distances: tuple[float, float]) -> tuple[Pose, Point]:
+    """A start at the origin, any heading, and a goal so many metres away, least and greatest."""
+    return Pose(0.0, 0.0, rng.uniform(-pi, pi)), _draw_point(rng, *distances)
 
 
 def _draw_point(rng: np.random.Generator, near: float, far: float) -> Point:
