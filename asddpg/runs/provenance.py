@@ -9,7 +9,6 @@ from asddpg import __version__
 from asddpg.config import TrainConfig
 from asddpg.recording.recorder import Provenance
 from asddpg.runs.run_folder import config_text
-from tasks.scene.loading import model_hash
 
 _PACKAGES = ("mujoco", "dm-control", "torch", "numpy", "gymnasium")
 # Keys of notes in a run's provenance: from how many steps to how many it was prolonged, and what changed at a resume.
@@ -38,7 +37,8 @@ def recording_provenance(config: TrainConfig, provenance: dict[str, str], **more
 
 def environment_hash(environment: gymnasium.Env) -> str:
     """Hash of an environment's compiled scene."""
-    return model_hash(environment.get_wrapper_attr("physics").model.ptr)
+    digest: str = environment.get_wrapper_attr("scene_hash")
+    return digest
 
 
 def update_provenance(

@@ -21,6 +21,7 @@ from tasks.registry import ALL_TASKS, load
 from tasks.rewards import Outcome, Reward, dense_part
 from tasks.room_geometry.obstacles import Obstacles
 from tasks.rooms.reading import ROOMS, is_room
+from tasks.scene.loading import model_hash
 from tasks.variation import Variation
 
 RENDER_MODES = Range(lambda mode: mode == "rgb_array", "rgb_array or None")
@@ -48,6 +49,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
     Attributes:
         physics: the scene's Physics, for reading.
         task: the dm_control task, for reading.
+        scene_hash: of the compiled scene; of a room that changes, of its empty slots.
     """
 
     metadata = {  # noqa: RUF012
@@ -87,6 +89,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         self._env = load(task, random=0, reward=reward, config=config)
         self.physics: Any = self._env.physics
         self.task: Navigation = self._env.task
+        self.scene_hash = model_hash(self.physics.model.ptr)  # before an episode changes it
         self._stack = ScanStack(options.num_scans, self.task.config.laser.num_beams)
         self.render_mode = render_mode
         self._picture = (options.camera, options.width, options.height)

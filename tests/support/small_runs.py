@@ -32,12 +32,16 @@ DRAWING = ["agent=astd3", "agent.balanced_batches=true", "agent.n_steps=3", "age
 DRAWING += ["agent.withdrawal.first_share=0.3", "task.laser.noise=1", "task.laser.dropout=0.05"]
 DRAWING += ["task.laser.latency=0.1"]
 
+VARYING = ["task=nav_anywhere", "task.variation.noise=1", "task.variation.latency=0.3", "task.variation.mass=0.3"]
+VARYING += ["task.variation.friction=0.3"]
+
 KINDS = {
     "default": [],
     "everything that draws": DRAWING,
     "ddpg": ["agent=ddpg"],
     "many robots": [*DRAWING, "robots=4", "agent.samples_per_step=5", "agent.batch_size=7"],
     "a buffer that wraps": [*DRAWING, "agent.buffer_size=60"],
+    "a room for each episode": [*VARYING, "robots=4", "agent.samples_per_step=5", "agent.batch_size=7"],
     "things that can be pushed": ["task=nav_gazebo", "agent.n_steps=5", "record.every=3"],
 }
 

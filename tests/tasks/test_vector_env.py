@@ -66,6 +66,25 @@ def test_robots_equal_single_environments_to_the_last_bit(mode: AutoresetMode, l
     theirs.close()
 
 
+def test_robots_in_rooms_of_their_own_equal_single_environments() -> None:
+    config = {"variation": {"noise": 1.0, "latency": 0.3, "friction": 0.3, "mass": 0.3}, "time_limit_steps": 25}
+    config |= {"goal_range": 2.0}
+    reward = {"turn_price": 0.1}
+    ours = NavigationVectorEnv("nav_anywhere", 3, config=config, reward=reward)
+    single = [lambda: gymnasium.make("asddpg/NavAnywhere-v0", config=config, reward=reward)] * 3
+    theirs = SyncVectorEnv(single)
+    assert_equal_info(ours.reset(seed=7)[1], theirs.reset(seed=7)[1])
+    rooms = set()
+    for actions in commands(60):
+        ended = ours.step(actions), theirs.step(actions)
+        for ours_, theirs_ in zip(ended[0][:4], ended[1][:4], strict=True):
+            np.testing.assert_equal(ours_, theirs_)
+        assert_equal_info(ended[0][4], ended[1][4])
+        rooms |= set(ended[0][4]["room"])
+    assert len(rooms) > 6
+    theirs.close()
+
+
 def test_a_restored_vector_goes_on_equal_to_the_last_bit(tmp_path: Any) -> None:
     vector, other = make(laser="late"), make(laser="late")
     vector.reset(seed=1)

@@ -4,6 +4,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from statistics import median
 from typing import Any
 
 from asddpg.episodes.protocols import Episode
@@ -70,6 +71,24 @@ class DrivenCase:
     def control_timestep(self) -> float:
         """Seconds a step."""
         return float(self.conditions["task"]["control_timestep"])
+
+    def split(self) -> "list[DrivenCase]":
+        """The case and, where its rooms are of several generators, the part of each."""
+        kinds: dict[str, list[DrivenEpisode]] = {}
+        for each in self.episodes:
+            kinds.setdefault(each.room.partition(":")[0], []).append(each)
+        if len(kinds) == 1:
+            return [self]
+        parts = [(f"{self.task}, {kind}", episodes) for kind, episodes in kinds.items()]
+        conditions = [dict(self.conditions) | {"rooms": task} for task, _ in parts]
+        decisions = [median(each.decision_ms for each in episodes) for _, episodes in parts]
+        return [
+            self,
+            *(
+                DrivenCase(condition, self.versions, decision, episodes)
+                for condition, decision, (_, episodes) in zip(conditions, decisions, parts, strict=True)
+            ),
+        ]
 
     def write(self, path: Path) -> None:
         """Write its file, whole; one of before that differs goes on as <name>_1.json and so on."""

@@ -62,7 +62,7 @@ class _Collector(Observer):
         smoothness = measure_smoothness(driver.turn_rates)
         took = median(driver.decision_ms)
         self.episodes.append(
-            DrivenEpisode(self._room, pair.start, pair.goal, pair.shortest_path, episode, smoothness, took)
+            DrivenEpisode(pair.room or self._room, pair.start, pair.goal, pair.shortest_path, episode, smoothness, took)
         )
         self.decision_ms += driver.decision_ms
 

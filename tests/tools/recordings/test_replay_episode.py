@@ -23,6 +23,7 @@ from asddpg.runs.provenance import environment_hash
 from asddpg.runs.run_folder import config_text
 from tests.conftest import TINY
 from tests.support.recordings import changed, evaluated, with_config, with_messages
+from tests.support.small_runs import VARYING
 from tools import replay_episode
 
 
@@ -56,6 +57,18 @@ def test_a_training_with_noise_and_other_constants_happens_again(
     out = capsys.readouterr().out
     assert out.count("the same to the last bit") == len(paths)
     assert ", cut\n" in out
+
+
+def test_episodes_of_other_rooms_friction_and_mass_happen_again(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    arguments = [*TINY[1:], *VARYING, "total_steps=150", "robots=2", "record.every=1"]
+    train.main([*arguments, f"run_dir={tmp_path / 'run'}"])
+    paths = sorted((tmp_path / "run/episodes").iterdir())
+    assert len({open_recording(path).facts["room"] for path in paths}) == len(paths) > 2
+    capsys.readouterr()
+    replay_episode.main([str(tmp_path / "run/episodes")])
+    assert capsys.readouterr().out.count("the same to the last bit") == len(paths)
 
 
 def test_an_episode_whose_goal_was_moved_happens_again(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
