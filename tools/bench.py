@@ -13,7 +13,8 @@ does not; also as the library comes, and with one convolutional front for actor 
 `samples`: samples learned a second with 16 robots and two updates of 256 for their 16 steps, ours and the library's.
 
 `timestep`: cost and accuracy of physics steps of 1, 2, 5 and 10 ms. `laser`: cost of a scan of 40 and of 682 beams.
-`rooms`: cost of a control step in each room. `reset`: cost of a new start and goal. `recording`: CPU a step and disk
+`rooms`: cost of a control step in each room. `reset`: cost of a new start and goal, `changing_rooms`: of a
+new room with them. `recording`: CPU a step and disk
 space of episodes recorded for Foxglove. `rendering`: cost of a picture. `checkpoint`: CPU of writing a training state,
 as a share of the CPU of the training. `planning`: a decision of DWA, a global plan and an update of AMCL in the office.
 """
@@ -26,7 +27,16 @@ from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
 from tasks.options import argument, some_of
-from tools.benchmarks import checkpoints, environments, physics, planning, recording, rendering, training
+from tools.benchmarks import (
+    changing_rooms,
+    checkpoints,
+    environments,
+    physics,
+    planning,
+    recording,
+    rendering,
+    training,
+)
 
 PARTS: dict[str, Callable[[], None]] = {
     "environment": environments.environment,
@@ -38,6 +48,7 @@ PARTS: dict[str, Callable[[], None]] = {
     "laser": physics.laser,
     "rooms": physics.rooms,
     "reset": physics.reset,
+    "changing_rooms": changing_rooms.changing_rooms,
     "recording": recording.recording,
     "rendering": rendering.rendering,
     "checkpoint": checkpoints.checkpoint,

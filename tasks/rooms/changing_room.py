@@ -55,8 +55,8 @@ class GeneratedRoomRule:
         room = self._room
         if self._is_open:
             return room.pairs[int(rng.integers(len(room.pairs)))]
-        corners = np.array([each[:2] for pair in room.pairs for each in pair]).reshape(-1, 2)
-        cells = divide_floor(room.obstacles, TURNING_RADIUS, corners).largest()
+        places = tuple(each[:2] for pair in room.pairs for each in pair)
+        cells = divide_floor(room.obstacles, TURNING_RADIUS, places).largest()
         for _ in range(_MAX_DRAWS if len(cells) else 0):
             x, y = self._draw_place(rng, cells)
             distances = np.hypot(cells[:, 0] - x, cells[:, 1] - y)
@@ -124,9 +124,8 @@ class ChangingRoom:
         model = physics.model.ptr
         if self._slots is None or self._slots.model is not model:
             self._slots = Slots(model)
-        self._slots.fill(_standing(room))
-        camera = model.camera("top").id
-        model.cam_pos[camera] = place_camera(*find_extent(room))
+        corners = self._slots.fill(_standing(room))
+        model.cam_pos[model.camera("top").id] = place_camera(*corners)
         self.name = name
 
     def draw(self, rng: np.random.Generator, held_out: FloatArray) -> tuple[Pose, Point]:

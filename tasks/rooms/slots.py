@@ -71,10 +71,13 @@ class Slots:
         """Obstacles that find a place."""
         return len(self._geoms)
 
-    def fill(self, obstacles: Sequence[Obstacle]) -> None:
+    def fill(self, obstacles: Sequence[Obstacle]) -> tuple[FloatArray, FloatArray]:
         """Put obstacles into the slots, in place of those before; movable ones stand fast.
 
         The model's data are stale until the next mj_forward or reset.
+
+        Returns:
+            Corners of the smallest rectangle around them, metres; about the origin without any.
 
         Raises:
             TaskError: there are more obstacles than slots, or one is a hull.
@@ -92,7 +95,11 @@ class Slots:
         model.geom_aabb[geoms, 3:] = half
         model.geom_rbound[geoms] = _radii(sizes)
         self._show(count)
-        self._refit(places, _rotated(half, quaternions))
+        reach = _rotated(half, quaternions)
+        self._refit(places, reach)
+        if not count:
+            return np.zeros(2), np.zeros(2)
+        return (places - reach)[:, :2].min(axis=0), (places + reach)[:, :2].max(axis=0)
 
     def _show(self, count: int) -> None:
         """Let the first geoms be seen and touched, and no other."""

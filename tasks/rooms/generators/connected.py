@@ -33,5 +33,5 @@ def draw_connected(sketch: Callable[[np.random.Generator], Sequence[Obstacle]], 
 
 def largest_share(obstacles: Sequence[Obstacle]) -> float:
     """Share of the largest piece in the free floor of the smallest rectangle around upright boxes and cylinders."""
-    areas = np.bincount(divide_floor(obstacles, TURNING_RADIUS).pieces.ravel())[1:]
+    areas = np.bincount(divide_floor(tuple(obstacles), TURNING_RADIUS, ()).pieces.ravel())[1:]
     return float(areas.max() / areas.sum()) if len(areas) else 0.0
