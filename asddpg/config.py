@@ -4,11 +4,11 @@ A field without option() is no option: the name of a choice, such as task.name, 
 """
 
 from dataclasses import dataclass, field, replace
-from typing import TypeAlias
+from typing import Any, TypeAlias
 
 from asddpg.errors import UserError
 from asddpg.options.values import check_value
-from tasks import NavigationConfig, Reward
+from tasks import LaserConfig, NavigationConfig, Reward
 from tasks.constants import NUM_SCANS
 from tasks.gymnasium_api.flat_observation import SCANS
 from tasks.options import NOT_NEGATIVE, POSITIVE, SHARE, Range, between, one_of, option, options_of, some_of
@@ -242,6 +242,33 @@ class PlannerConfig:
     look_ahead: float = option(1.0, "Metres along the path to the waypoint of agent=waypoints.", between(0.1, 10))
 
 
+def _from_laser(name: str) -> Any:
+    """An option of the laser, where null leaves the one there is."""
+    (found,) = (each for each in options_of(LaserConfig) if each.name == name)
+    return option(None, found.meaning, found.range)
+
+
+@dataclass
+class LaserChange:
+    """Another laser than the run's or the task's; null leaves that one's. A policy takes its beams from it by angle.
+
+    The rays of that one's beams, where they have several, are the beams of the other.
+    """
+
+    num_beams: int | None = _from_laser("num_beams")
+    field_of_view: float | None = _from_laser("field_of_view")
+    min_range: float | None = _from_laser("min_range")
+    max_range: float | None = _from_laser("max_range")
+    height: float | None = _from_laser("height")
+
+    def apply(self, laser: LaserConfig) -> LaserConfig:
+        """The changed laser; TaskError where values contradict one another."""
+        given = {name: value for name, value in vars(self).items() if value is not None}
+        if given and laser.rays_per_beam > 1:
+            given = {"num_beams": laser.num_rays, "rays_per_beam": 1} | given
+        return replace(laser, **given)
+
+
 @dataclass
 class DriverConfig:
     """Which driver drives, and where."""
@@ -259,6 +286,7 @@ class DriverConfig:
     task: str | None = option(None, "The task to drive; null takes the run's.")
     controller: ControllerConfig = field(default_factory=ControllerConfig)
     planner: PlannerConfig = field(default_factory=PlannerConfig)
+    laser: LaserChange = field(default_factory=LaserChange)
     device: str = option("cpu", _DEVICE)
     out: str | None = option(
         None, "Folder for results and recordings; null takes the run's or, of another driver, the present one."

@@ -65,7 +65,9 @@ def _content(config: EvaluateConfig, setup: DriverSetup, pairs_name: str, result
     led = config.agent == "waypoints" and config.run is None
     controller = {"controller": dataclasses.asdict(config.controller)} if config.agent == "controller" or led else {}
     planner = {"planner": dataclasses.asdict(config.planner)} if config.agent in PLANNERS else {}
-    return {**content, **result.as_dict(), **controller, **planner, **current_versions(setup.environment)}
+    given = {name: value for name, value in vars(config.laser).items() if value is not None}
+    laser = {"laser": dataclasses.asdict(setup.config.task.laser)} if given else {}
+    return {**content, **result.as_dict(), **controller, **planner, **laser, **current_versions(setup.environment)}
 
 
 def _pairs(config: EvaluateConfig, task: TaskConfig) -> tuple[Sequence[Pair], str]:

@@ -14,7 +14,7 @@ WHEEL_SPEED_LIMIT = 12.3  # rad/s; [p3dx], 1.2 m/s
 TURN_RATE_LIMIT = 5 / 3 * pi  # rad/s, 300 degrees a second; [p3dx]
 
 NUM_BEAMS = 40  # kept of the laser's beams; [code]
-FIELD_OF_VIEW = 4 / 3 * pi  # rad, 240 degrees; [hokuyo]
+FIELD_OF_VIEW = 240.0  # degrees; [hokuyo]
 MIN_RANGE = 0.02  # m; [hokuyo]
 MAX_RANGE = 5.6  # m; [hokuyo]
 

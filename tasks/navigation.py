@@ -78,6 +78,13 @@ class NavigationConfig:
             raise TaskError(f"min_linear_velocity must be {limit}, not {self.min_linear_velocity}")
 
 
+def clip_goal(goal: tuple[float, float], goal_range: float) -> tuple[float, float]:
+    """A goal in the robot's frame as it is observed: in its direction, no farther away than goal_range; metres."""
+    x, y = goal
+    share = min(1.0, goal_range / max(math.hypot(x, y), 1e-9))
+    return share * x, share * y
+
+
 class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
     """Observation, reward and end of an episode.
 
@@ -304,15 +311,13 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
 
     def observed_goal(self) -> tuple[float, float]:
         """The goal in the robot's frame, metres, no farther away than goal_range."""
-        x, y = self.readings.goal_in_robot_frame
-        share = min(1.0, self.config.goal_range / max(self.readings.goal_distance, 1e-9))
-        return share * x, share * y
+        return clip_goal(self.readings.goal_in_robot_frame, self.config.goal_range)
 
     def observation_spec(self, physics: Physics) -> dict[str, specs.BoundedArray]:
         """Bounds of each observation."""
         beams = (self.config.laser.num_beams,)
         return {
-            "ranges": specs.BoundedArray(beams, np.float64, constants.MIN_RANGE, constants.MAX_RANGE, "ranges"),
+            "ranges": specs.BoundedArray(beams, np.float64, physics.min_range, physics.max_range, "ranges"),
             "velocity": specs.BoundedArray((2,), np.float64, -VELOCITY_BOUNDS, VELOCITY_BOUNDS, "velocity"),
             "goal": specs.BoundedArray((2,), np.float64, -GOAL_BOUND, GOAL_BOUND, "goal"),
         }

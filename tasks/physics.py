@@ -19,6 +19,7 @@ FloatArray = npt.NDArray[np.float64]
 MOVABLE_GROUP = 1  # geom group of class `movable` in models/mjcf/rooms/common.xml
 # Physics steps between two checks of the contacts: 25 ms at 5 ms a step. A graze shorter than the control step counts.
 STEPS_BETWEEN_CONTACT_CHECKS = 5
+LEAST_RANGE = "laser_min_range"  # a numeric of a scene whose laser has another one than MIN_RANGE
 _SENSORS_OFF = int(mujoco.mjtDisableBit.mjDSBL_SENSOR)
 _FULL_STATE = int(mujoco.mjtState.mjSTATE_INTEGRATION)  # with less of it a continuation drifts by 4e-6
 _CRASH, _PUSH = 1, 2  # kinds of contact between two geoms; 0 is any other
@@ -57,6 +58,15 @@ class Readings(NamedTuple):
     goal_distance: float
 
 
+def _find_range_limits(model: mujoco.MjModel) -> tuple[float, float]:
+    """Least and greatest range of a scene's laser, metres; without a laser the constants."""
+    numerics = [model.numeric(index) for index in range(model.nnumeric)]
+    sensors = [model.sensor(index) for index in range(model.nsensor)]
+    low = next((float(numeric.data[0]) for numeric in numerics if numeric.name == LEAST_RANGE), MIN_RANGE)
+    high = next((float(sensor.cutoff[0]) for sensor in sensors if sensor.name.startswith("range_")), MAX_RANGE)
+    return low, high or MAX_RANGE  # 0 is no cutoff
+
+
 def compute_digest(positions: bytes, velocities: bytes) -> int:
     """CRC-32 of the bytes of qpos and qvel: it identifies a state to the last bit."""
     return zlib.crc32(velocities, zlib.crc32(positions))
@@ -67,6 +77,10 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
 
     Scans belong to the state they are read with: the sensors are switched off during the physics steps and evaluated
     once, on the final state, which also spares the rays of every other physics step.
+
+    Attributes:
+        min_range: of the laser, metres.
+        max_range: of the laser, metres.
     """
 
     def _reload_from_data(self, data: object) -> None:
@@ -81,6 +95,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         self._wheel_qpos = [int(model.joint(f"{side}_wheel").qposadr[0]) for side in ("left", "right")]
         self._robot_bodies = set(np.flatnonzero(np.asarray(model.body_rootid) == base).tolist())
         self._ranges, self._sonar_ranges = self._find_ring("range_"), self._find_ring("sonar_")
+        self.min_range, self.max_range = _find_range_limits(model)
         robot = np.asarray(model.body_rootid)[model.geom_bodyid] == base
         movable = np.asarray(model.geom_group) == MOVABLE_GROUP
         obstacle = ~robot & ~movable
@@ -272,7 +287,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
 
         A beam that meets nothing reads the maximum range.
         """
-        return self._read_ranges(self._ranges, MIN_RANGE, MAX_RANGE)
+        return self._read_ranges(self._ranges, self.min_range, self.max_range)
 
     def delayed_ranges(self) -> FloatArray:
         """The same, `scan_delay` seconds before the end of the last step()."""

@@ -12,6 +12,7 @@ from dm_control.rl import control
 
 from tasks.errors import TaskError
 from tasks.generator_state import RandomSource, make_generator
+from tasks.laser import BeamRing
 from tasks.navigation import Navigation, NavigationConfig
 from tasks.options import build_options
 from tasks.physics import FloatArray
@@ -85,7 +86,7 @@ def load(
     reward_name = find_task(task_name).reward
     config = build_options(NavigationConfig, "config", {} if config is None else config)
     reward = reward_name if reward is None else reward
-    physics = robot_physics(task_model(task_name, config.laser.num_rays), task_name, TASK_CAMERAS)
+    physics = robot_physics(task_model(task_name, config.laser.ring), task_name, TASK_CAMERAS)
     rule: PairRule
     if task_name == ANYWHERE:
         rule = ChangingRoom(config.rooms, _find_task_room)
@@ -112,21 +113,21 @@ def find_task(name: str) -> TaskDefinition:
     return DEFINITIONS[name]
 
 
-def task_model(name: str, num_beams: int | None = None) -> mujoco.MjModel:
+def task_model(name: str, ring: BeamRing | None = None) -> mujoco.MjModel:
     """The compiled scene of a task or of a room.
 
     Args:
         name: of the task or the room.
-        num_beams: of the laser; None leaves the scene's own.
+        ring: beams of the laser; None leaves the scene's own.
 
     Raises:
         TaskError: there is no such task or room, or its file is broken.
     """
     if name == ANYWHERE:
-        return compile_slots(num_beams)
+        return compile_slots(ring)
     if find_task(name) is OWN_ROOM:
-        return compile_room(find_room(name), num_beams)
-    return load_model(scene_path(name), num_beams)
+        return compile_room(find_room(name), ring)
+    return load_model(scene_path(name), ring)
 
 
 def make_rule(task_name: str, model: mujoco.MjModel) -> PairRule:

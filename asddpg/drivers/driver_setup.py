@@ -20,6 +20,7 @@ from asddpg.build import (
 from asddpg.command_line import BASELINES, train_config
 from asddpg.config import ControllerConfig, DrivingConfig, PlayConfig, RecordEvaluationConfig, TaskConfig, TrainConfig
 from asddpg.drivers.baselines import PRESET_SPEED, MakeRobot, lead_by_waypoints, make_baseline
+from asddpg.drivers.other_laser import with_other_laser
 from asddpg.drivers.simulated_robot import with_room_map
 from asddpg.episodes.drivers import FixedDriver, actor_alone, controller_alone, with_values
 from asddpg.episodes.protocols import Agent
@@ -170,8 +171,15 @@ def _open_run(config: DrivingConfig, run: str, setting: Setting) -> DriverSetup:
         raise UserError("driver=switch needs a run with a controller, and this one is DDPG; driver=actor works")
     if not is_other_task and environment_hash(environment) != opened.provenance.get("model_hash"):
         print_line("note: the scene's model is not the one this run was trained on")
+    task, laser = trained.task, config.laser.apply(trained.task.laser)
+    is_other_laser = laser != task.laser
+    if is_other_laser:
+        lasers = task.num_scans, task.laser, laser
+        drivers = {name: with_other_laser(driver, *lasers) for name, driver in drivers.items()}
+        task.laser = laser
+        environment = make_environment(task, trained.reward)
     return DriverSetup(
-        title=f"{opened.title} (step {step}), driver {config.driver}",
+        title=f"{opened.title} (step {step}), driver {config.driver}{', another laser' if is_other_laser else ''}",
         config=trained,
         environment=environment,
         drivers=drivers,
@@ -212,6 +220,7 @@ def _open_baseline(config: DrivingConfig, seed: int, setting: Setting) -> Driver
     if config.agent not in PRESET_SPEED:
         defaults.task.min_linear_velocity = 0.0  # a preset's least speed is for policies: who plans may stop and turn
     setting.prepare_task(defaults.task)
+    defaults.task.laser = config.laser.apply(defaults.task.laser)
     environment = make_environment(defaults.task, defaults.reward)
     return DriverSetup(
         title=f"{config.agent} on {config.task}",

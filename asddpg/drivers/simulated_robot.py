@@ -7,9 +7,8 @@ from asddpg.drivers.room_map import draw_room_map
 from asddpg.episodes.protocols import Observation
 from asddpg.planning.occupancy_grid import OccupancyGrid
 from asddpg.planning.robot import Reading, RobotShape
-from tasks.constants import MAX_RANGE
 from tasks.gymnasium_api.navigation_env import NavigationEnv
-from tasks.laser import beam_angles, laser_position
+from tasks.laser import laser_position
 from tasks.room_geometry.footprints import Footprint
 
 _NO_RETURN = 0.5  # in the observation, of a beam that reads the maximum range
@@ -40,7 +39,7 @@ class SimulatedRobot:
         """The robot at the instant of the newest observation."""
         readings = self._task.readings
         scan = observation[: len(self.shape.beams)].astype(np.float64)
-        ranges = np.where(scan < _NO_RETURN, (scan + 0.5) * MAX_RANGE, np.inf)
+        ranges = np.where(scan < _NO_RETURN, (scan + 0.5) * self.shape.max_range, np.inf)
         return Reading(readings.pose, readings.velocity, readings.goal, ranges)
 
 
@@ -69,9 +68,9 @@ def read_shape(environment: NavigationEnv) -> RobotShape:
     return RobotShape(
         footprint=np.array(footprint.outline),
         inscribed_radius=footprint.inscribed_radius,
-        laser=laser_position(model),
-        beams=beam_angles(environment.scan_shape[1], environment.task.config.laser.rays_per_beam),
-        max_range=MAX_RANGE,
+        laser=laser_position(model)[:2],
+        beams=environment.task.config.laser.angles(),
+        max_range=environment.physics.max_range,
         control_timestep=environment.task.config.control_timestep,
         low=low,
         high=high,

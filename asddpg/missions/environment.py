@@ -11,6 +11,7 @@ from asddpg.episodes.protocols import Observation
 from asddpg.planning.waypoints import with_goal
 from tasks.errors import TaskError
 from tasks.gymnasium_api.navigation_env import NavigationEnv
+from tasks.navigation import clip_goal
 from tasks.rewards import Outcome
 
 Point = tuple[float, float]
@@ -97,7 +98,10 @@ class MissionEnvironment:
     def _to_estimate(self, observation: Observation) -> Observation:
         """The observation as the robot knows it: its goal is seen from the estimated pose, not from the true one."""
         reading = self._robot.read(observation)
-        return with_goal(observation, reading, reading.goal)
+        seen = with_goal(observation, reading, reading.goal)
+        x, y = seen[-2:].tolist()
+        seen[-2:] = clip_goal((x, y), self._environment.task.config.goal_range)
+        return seen
 
     def _extend(self, info: dict[str, Any], outcome: Outcome) -> dict[str, Any]:
         self._outcome = outcome

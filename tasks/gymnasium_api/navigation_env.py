@@ -90,7 +90,7 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         self.physics: Any = self._env.physics
         self.task: Navigation = self._env.task
         self.scene_hash = model_hash(self.physics.model.ptr)  # before an episode changes it
-        self._stack = ScanStack(options.num_scans, self.task.config.laser.num_beams)
+        self._stack = ScanStack(options.num_scans, self.task.config.laser.num_beams, self.physics.max_range)
         self.render_mode = render_mode
         self._picture = (options.camera, options.width, options.height)
         check_picture(self.physics.model.ptr, *self._picture)

@@ -13,11 +13,12 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from tasks.constants import MAX_RANGE, TRACK, TURN_RATE_LIMIT, WHEEL_RADIUS
+from tasks.constants import TRACK, TURN_RATE_LIMIT, WHEEL_RADIUS
 from tasks.errors import TaskError
 from tasks.gymnasium_api.flat_observation import Float32Array
 from tasks.gymnasium_api.navigation_env import NavigationEnv, check_scene
 from tasks.gymnasium_api.robot_batch import BoolArray, RobotBatch, columns
+from tasks.navigation import clip_goal
 from tasks.options import POSITIVE, argument, check_options
 from tasks.physics import FloatArray
 from tasks.rewards import Outcome
@@ -234,7 +235,7 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
         flat, (_, beams) = self._observations, self.envs[0].scan_shape
         pushed = np.concatenate(
             (
-                self._batch.ranges() / MAX_RANGE - 0.5,
+                self._batch.ranges() / self.envs[0].physics.max_range - 0.5,
                 flat[:, : -4 - beams],
                 self._readings.velocity,
                 self._observed_goals(),
@@ -248,9 +249,7 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
     def _observed_goals(self) -> FloatArray:
         """The goals, as Navigation.observed_goal() gives one robot's."""
         limit = self.envs[0].task.config.goal_range
-        share = np.minimum(1.0, limit / np.maximum(self._readings.distance, 1e-9))
-        goals: FloatArray = share[:, None] * self._readings.goal
-        return goals
+        return np.array([clip_goal((x, y), limit) for x, y in self._readings.goal.tolist()])
 
     def _info(self) -> dict[str, Any]:
         terms = self._terms

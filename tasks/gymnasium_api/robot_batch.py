@@ -8,7 +8,6 @@ from typing import NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from tasks.constants import MAX_RANGE, MIN_RANGE
 from tasks.gymnasium_api.navigation_env import NavigationEnv
 from tasks.laser import pool_rays
 from tasks.physics import FloatArray
@@ -96,8 +95,9 @@ class RobotBatch:
 
     def ranges(self) -> FloatArray:
         """The scans, (n, num_beams), metres, as Physics.ranges() gives one."""
-        hits = np.where(self._beams < 0.0, MAX_RANGE, self._beams)
-        ranges: FloatArray = np.minimum(np.maximum(hits, MIN_RANGE), MAX_RANGE)
+        low, high = self._physics[0].min_range, self._physics[0].max_range
+        hits = np.where(self._beams < 0.0, high, self._beams)
+        ranges: FloatArray = np.minimum(np.maximum(hits, low), high)
         return pool_rays(ranges, self._rays_per_beam)
 
     def readings(self, goals: FloatArray) -> BatchReadings:

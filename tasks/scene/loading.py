@@ -12,7 +12,7 @@ import numpy as np
 from dm_control.mujoco import wrapper
 
 from tasks.errors import TaskError
-from tasks.laser import set_beams
+from tasks.laser import BeamRing, set_beams
 from tasks.physics import Physics
 from tasks.scene.checks import find_invalid_number, find_missing_elements
 
@@ -27,12 +27,12 @@ def scene_path(task_name: str) -> Path:
     return MODELS / f"{task_name}.xml"
 
 
-def load_model(path: str | Path, num_beams: int | None = None) -> mujoco.MjModel:
+def load_model(path: str | Path, ring: BeamRing | None = None) -> mujoco.MjModel:
     """Compile any MJCF file.
 
     Args:
         path: of the file.
-        num_beams: beams to give the laser; None leaves it as it is.
+        ring: beams to give the laser; None leaves it as it is.
 
     Raises:
         TaskError: no such file, MuJoCo cannot read it, or it holds invalid numbers.
@@ -42,8 +42,8 @@ def load_model(path: str | Path, num_beams: int | None = None) -> mujoco.MjModel
     try:
         with _suppress_nan_warning():
             spec = mujoco.MjSpec.from_file(str(path))
-            if num_beams is not None:
-                set_beams(spec, num_beams)
+            if ring is not None:
+                set_beams(spec, ring)
             model = spec.compile()
     except TaskError:
         raise
@@ -55,18 +55,18 @@ def load_model(path: str | Path, num_beams: int | None = None) -> mujoco.MjModel
     return model
 
 
-def open_scene(path: str | Path, cameras: Sequence[str] = (), num_beams: int | None = None) -> Physics:
+def open_scene(path: str | Path, cameras: Sequence[str] = (), ring: BeamRing | None = None) -> Physics:
     """Open a scene with the robot.
 
     Args:
         path: its MJCF file.
         cameras: names of the cameras it must have.
-        num_beams: of the laser; None leaves the scene's own.
+        ring: beams of the laser; None leaves the scene's own.
 
     Raises:
         TaskError: as load_model, or an element is missing that every scene with the robot must have.
     """
-    return robot_physics(load_model(path, num_beams), path, cameras)
+    return robot_physics(load_model(path, ring), path, cameras)
 
 
 def robot_physics(model: mujoco.MjModel, path: str | Path, cameras: Sequence[str] = ()) -> Physics:

@@ -74,6 +74,7 @@ CONTRADICTIONS = (
     "needs an agent.batch_size",
     "for the convolutions",
     "below max_linear_velocity",
+    "below max_range",
 )
 
 

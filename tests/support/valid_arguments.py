@@ -22,6 +22,7 @@ def valid_arguments(widest: int = 65_536, most_beams: int = 2000) -> ArgumentLis
         "task.control_timestep": st.integers(2, 400).map(lambda steps: steps * 0.005),
         "task.num_scans": st.integers(1, 8),
         "task.laser.num_beams": st.integers(12, most_beams),
+        "task.laser.height": st.floats(0.3, 2.0),  # above the robot
         "task.max_linear_velocity": st.floats(0.01, 1.199, allow_subnormal=False),
         "task.max_angular_velocity": st.floats(0.01, 5.235, allow_subnormal=False),
         "record.picture_size": st.lists(st.integers(8, 540).map(lambda half: 2 * half), min_size=2, max_size=2),

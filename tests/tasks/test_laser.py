@@ -10,7 +10,7 @@ import pytest
 
 import tasks
 from tasks import constants
-from tasks.laser import beam_angles
+from tasks.laser import BeamRing
 from tasks.physics import Physics, Pose
 from tasks.registry import ROOM_TASKS
 from tasks.scene.loading import open_scene, scene_path
@@ -30,7 +30,7 @@ def expected_ranges(physics: Physics, count: int) -> npt.NDArray[np.float64]:
     mujoco.mju_quat2Mat(matrix, pose[3:])
     rotation = matrix.reshape(3, 3)
     origin = pose[:3] + rotation @ LASER
-    angles = beam_angles(count)
+    angles = BeamRing(count).angles()
     directions = np.stack([np.cos(angles), np.sin(angles), np.zeros(count)], axis=1) @ rotation.T
     lengths = ray_caster.lengths(origin, directions, model, data, robot)
     return np.clip(lengths, constants.MIN_RANGE, constants.MAX_RANGE)
@@ -79,7 +79,7 @@ def test_scan_and_pose_belong_to_the_same_instant_on_a_spinning_robot() -> None:
 
 @pytest.mark.parametrize("count", [40, 682])
 def test_the_ring_is_one_definition_with_another_count(count: int) -> None:
-    physics = open_scene(scene_path("nav_complex"), num_beams=count)
+    physics = open_scene(scene_path("nav_complex"), ring=BeamRing(count))
     assert physics.num_beams == count
     with physics.reset_context():
         physics.set_pose(Pose(0.3, -0.4, 1.0))

@@ -9,6 +9,7 @@ import mujoco
 import numpy as np
 
 from tasks.constants import CONTROL_TIMESTEP, TRACK, WHEEL_RADIUS
+from tasks.laser import BeamRing
 from tasks.physics import FloatArray
 from tasks.registry import ALL_TASKS, load, make_rule
 from tasks.room_geometry.held_out import held_out_goals
@@ -84,7 +85,7 @@ def _median_costs(actions: Mapping[str, Callable[[], object]]) -> dict[str, floa
 
 def _control_step(task: str, num_beams: int | None, step: float | None = None) -> Callable[[], None]:
     """One control step as tasks.Physics does it, with a scan at its end or, for None, without; `step` in seconds."""
-    model = load_model(scene_path(task), num_beams)
+    model = load_model(scene_path(task), None if num_beams is None else BeamRing(num_beams))
     model.opt.timestep = step or model.opt.timestep
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)

@@ -50,7 +50,7 @@ def _measure(config: TrainConfig, folder: Path, may_drive: bool) -> Mapping[str,
     setting = {
         "task": dataclasses.asdict(task),
         "controller": dataclasses.asdict(config.controller),
-        "model_hash": current_scene(task.name, task.laser.num_beams),
+        "model_hash": current_scene(task.name, task.laser.ring),
     }
     path = folder / f"controller_alone_{digest(setting)}.json"
     if not path.exists():

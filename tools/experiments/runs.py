@@ -13,6 +13,7 @@ from typing import Any
 from asddpg.command_line import train_config
 from asddpg.config import TrainConfig
 from asddpg.options.parsing import flatten
+from tasks.laser import BeamRing
 from tasks.scene.loading import load_model, model_hash, scene_path
 
 # Validations in every run, however long it is, so that figures over the last five of them mean the same.
@@ -93,6 +94,6 @@ def differences(options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 @functools.cache
-def current_scene(task_name: str, num_beams: int) -> str:
+def current_scene(task_name: str, ring: BeamRing) -> str:
     """Hash of a task's compiled scene, as asddpg.train notes it: figures of another scene are another experiment's."""
-    return model_hash(load_model(scene_path(task_name), num_beams))
+    return model_hash(load_model(scene_path(task_name), ring))

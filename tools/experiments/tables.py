@@ -55,10 +55,10 @@ def describe_provenance(groups: Mapping[str, Group], results: Results) -> str:
     packages: set[str] = set()
     scenes: dict[tuple[str, str], set[str]] = {}  # hashes by title and the hash of today
     for name, group in groups.items():
-        task, beams = group.config.task.name, group.config.task.laser.num_beams
+        task, laser = group.config.task.name, group.config.task.laser
         for run in results[name].values():
             packages.add(run.provenance.get("asddpg", "unknown"))
-            scene = (f"{task} with {beams} beams", current_scene(task, beams))
+            scene = (f"{task} with {laser.num_beams} beams", current_scene(task, laser.ring))
             scenes.setdefault(scene, set()).add(run.provenance.get("model_hash", "unknown"))
     if not scenes:
         return ""

@@ -159,8 +159,9 @@ def _limits(config: TrainConfig) -> str:
     noise = f"noise {laser.noise:g}, lost returns {laser.dropout:g}, latency {laser.latency:g} s"
     kind = "without noise, lost returns or latency" if is_perfect else f"with {noise}"
     return _wrapped(
-        f"Trained and tested in this one room, with a laser of {laser.num_beams} beams {kind}; nothing here says how "
-        "it drives in another room, among things that move by themselves, or on a real robot."
+        f"Trained and tested in this one room, with a laser of {laser.num_beams} beams over {laser.field_of_view:g}° "
+        f"{kind}; nothing here says how it drives in another room, among things that move by themselves, or on a real "
+        "robot."
     )
 
 

@@ -10,7 +10,6 @@ import numpy.typing as npt
 from asddpg.recording.files.reading import Recording
 from asddpg.recording.messages.path_message import DRIVER_COLOURS, OTHER_COLOUR, PATH_HEIGHT, PATH_WIDTH
 from asddpg.recording.messages.topics import SCAN, TF
-from tasks.constants import MAX_RANGE
 from tasks.graphics.headless import mujoco
 from tasks.physics import FloatArray
 from tasks.scene.shapes import WORLD
@@ -53,7 +52,7 @@ def _scan_points(scan: Any, position: FloatArray, rotation: FloatArray) -> Float
     ranges = np.array(scan.ranges)
     angles = np.linspace(scan.start_angle, scan.end_angle, len(ranges))
     beams = np.stack([np.cos(angles), np.sin(angles), np.zeros(len(ranges))], axis=1)
-    hits = ranges < MAX_RANGE
+    hits = np.isfinite(ranges)
     points: FloatArray = position + (beams[hits] * ranges[hits, None]) @ rotation.T
     return points
 

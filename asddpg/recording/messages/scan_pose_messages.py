@@ -11,7 +11,6 @@ from asddpg.recording.messages.goal_camera_messages import make_timestamp, round
 from asddpg.recording.messages.scene_messages import Point
 from asddpg.recording.messages.template import MessageTemplate
 from asddpg.recording.samples import Sample, to_nanoseconds
-from tasks.constants import FIELD_OF_VIEW, MAX_RANGE
 from tasks.gymnasium_api.navigation_env import NavigationEnv
 from tasks.scene.frames import BodyFrames
 from tasks.scene.shapes import WORLD
@@ -40,6 +39,8 @@ class PoseEncoder:
     def __init__(self, environment: NavigationEnv) -> None:
         frames = BodyFrames.from_model(environment.physics.model.ptr)
         num_scans, self._num_beams = environment.scan_shape
+        self._max_range = environment.physics.max_range
+        self._angles = environment.task.config.laser.angles()[[0, -1]].tolist()
         self._latency = to_nanoseconds(environment.scan_latency)
         self._frames, self._base = frames, 7 * frames.index(_ROBOT)
         self._goal_offset = 3 * 8 * int(frames.bodies[frames.index(_GOAL)])  # bytes into xpos
@@ -58,7 +59,7 @@ class PoseEncoder:
         velocities = observations[:, self._velocity]
         numbers = round_to_grid(np.concatenate((poses.reshape(len(samples), -1), velocities), axis=1)).tolist()
         scans = observations[:, : self._num_beams]
-        ranges = np.rint((scans + 0.5) * (MAX_RANGE * _RANGE_GRID)) / _RANGE_GRID
+        ranges = np.rint((scans + 0.5) * (self._max_range * _RANGE_GRID)) / _RANGE_GRID
         ranges[scans >= _NO_RETURN] = np.inf
         for sample, row, beams in zip(samples, numbers, ranges.tolist(), strict=True):
             time = offset + sample.time
@@ -71,7 +72,7 @@ class PoseEncoder:
                 time,
                 time - sample.time // max(1, sample.number + 1),
                 transforms,
-                _laser_scan(make_timestamp(scanned) if self._latency else stamp, beams).encode(),
+                _laser_scan(make_timestamp(scanned) if self._latency else stamp, self._angles, beams).encode(),
                 _odometry(stamp, motion).encode(),
                 (motion[0], motion[1]),
             )
@@ -98,11 +99,14 @@ class PoseEncoder:
         )
 
 
-def _laser_scan(stamp: Timestamp, ranges: list[float]) -> LaserScan:
-    """The newest scan in the observation: metres, from right to left; infinite without a return, by REP 117."""
-    half = FIELD_OF_VIEW / 2
+def _laser_scan(stamp: Timestamp, angles: Sequence[float], ranges: list[float]) -> LaserScan:
+    """The newest scan in the observation: metres, from right to left; infinite without a return, by REP 117.
+
+    `angles` are those of the first and of the last beam, rad.
+    """
+    first, last = angles
     return LaserScan(
-        timestamp=stamp, frame_id="laser", pose=_IDENTITY, start_angle=-half, end_angle=half, ranges=ranges
+        timestamp=stamp, frame_id="laser", pose=_IDENTITY, start_angle=first, end_angle=last, ranges=ranges
     )
 
 

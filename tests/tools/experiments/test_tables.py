@@ -10,6 +10,7 @@ from asddpg.command_line import train_config
 from asddpg.episodes.intervals import Estimate
 from asddpg.errors import UserError
 from asddpg.runs.provenance import environment_hash
+from tasks.laser import BeamRing
 from tests.support.fake_runs import finish, finish_group
 from tools.experiments.run_metrics import METRICS, Metrics
 from tools.experiments.run_store import RunStore
@@ -99,8 +100,8 @@ def test_a_row_a_run_and_the_means_with_their_intervals(tmp_path: Path) -> None:
 
 def test_runs_of_another_scene_than_todays_are_named(tmp_path: Path) -> None:
     config = train_config(["task=nav_empty", "task.laser.num_beams=24"])
-    assert current_scene("nav_empty", 24) == environment_hash(make_environment(config.task, config.reward))
-    groups, store, today = {"empty": GROUP}, RunStore(tmp_path), current_scene("nav_empty", 40)
+    assert current_scene("nav_empty", BeamRing(24)) == environment_hash(make_environment(config.task, config.reward))
+    groups, store, today = {"empty": GROUP}, RunStore(tmp_path), current_scene("nav_empty", BeamRing())
     assert not describe_provenance(groups, store.results(groups))
     finish_group(tmp_path, GROUP, [0.7, 0.8], model_hash=today)
     made = f"Trained with asddpg 0.0.9; scene nav_empty with 40 beams {today}."
