@@ -17,8 +17,10 @@ from asddpg.options.habits import sweep_hint
 from asddpg.options.parsing import find_option, flatten, parse_arguments, with_values
 from asddpg.options.values import check_stored, read_value
 from tasks.errors import TaskError
+from tasks.navigation import FOLLOW, SPEEDS
 from tasks.options import options_of
 from tasks.rewards import REWARDS
+from tasks.robots.names import full_robot_name
 from tasks.rooms.reading import ROOMS, full_name, is_room
 
 # Presets, one of each group. Those of agent, network and task are in asddpg/conf: what differs from asddpg/config.py.
@@ -52,7 +54,9 @@ MAY_CHANGE = ("total_steps", "checkpoint_every", "record.keep", "live", "port", 
 BASELINES = ("controller", "random", "move_base", "waypoints")
 Driving = TypeVar("Driving", EvaluateConfig, PlayConfig, MissionConfig)
 _CONF = Path(__file__).parent / "conf"
+ROBOT, ROBOT_OPTION = "robot", "task.robot"  # the short form and the full name of one option
 OWN_ROOM = "own_room"  # the preset of a room that is a file or is generated
+_SPEEDS = [f"task.{name}" for name in SPEEDS]
 _DEFAULTS = {"network": "fc3x256", "task": "nav_complex", "agent": "asddpg"}  # the later overrides the earlier
 
 
@@ -70,6 +74,8 @@ def train_config(arguments: Sequence[str]) -> TrainConfig:
         presets |= flatten(yaml.safe_load(path.read_text(encoding="utf-8")))
     if choices.get("task", "nav_complex") not in GROUPS["task"]:
         presets["task.name"] = choices["task"]
+    if ROBOT_OPTION in values:
+        presets |= dict.fromkeys(_SPEEDS, FOLLOW)
     reward = presets.pop("reward", "dense")  # a preset, which that of the task names
     config = TrainConfig(reward=replace(REWARDS[choices.get("reward", reward)]))
     return _with_values(config, {**presets, **values})
@@ -82,6 +88,8 @@ def resumed_config(arguments: Sequence[str], stored: TrainConfig) -> TrainConfig
         UserError: an argument is wrong, or would change the run's past.
     """
     choices, values = _read_training(arguments)
+    if ROBOT_OPTION in values:
+        values[ROBOT_OPTION] = _robot(values[ROBOT_OPTION])
     current = {option.name: option.value for option in options_of(stored)}
     changed = [name for name, value in values.items() if name not in MAY_CHANGE and current[name] != value]
     for name in (*choices, *changed):
@@ -132,7 +140,9 @@ def _read_training(arguments: Sequence[str]) -> tuple[dict[str, str], dict[str, 
         if name in GROUPS and equals:
             choices[name] = _choice(name, text)
         else:
-            values[name] = read_value(find_option(argument, options, ["resume", *GROUPS]), text)
+            full = f"{ROBOT_OPTION}={text}" if name == ROBOT and equals else argument
+            option = find_option(full, options, ["resume", ROBOT, *GROUPS])
+            values[option.name] = read_value(option, text)
     return choices, values
 
 
@@ -147,6 +157,13 @@ def _choice(group: str, name: str) -> str:
         known = f"there are {', '.join(GROUPS[group])}{rooms}{sweep_hint(group, name)}"
         raise UserError(f"there is no {group} {truncated_repr(name)}; {known}")
     return name
+
+
+def _robot(name: str) -> str:
+    try:
+        return full_robot_name(name)
+    except TaskError as error:
+        raise UserError(str(error)) from error
 
 
 def _with_values(config: TrainConfig, values: Mapping[str, Any]) -> TrainConfig:

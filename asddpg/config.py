@@ -13,6 +13,7 @@ from tasks.constants import NUM_SCANS
 from tasks.gymnasium_api.flat_observation import SCANS
 from tasks.options import NOT_NEGATIVE, POSITIVE, SHARE, Range, between, one_of, option, options_of, some_of
 from tasks.rewards import REWARDS, Outcome
+from tasks.robots.names import ROBOTS
 
 SEED = Range(lambda value: 0 <= value < 2**63, "from 0 to 2^63 − 1")
 EPISODES = Range(lambda value: 1 <= value <= 10**6, "from 1 to a million")
@@ -284,6 +285,7 @@ class DriverConfig:
         "the controller, or the driver of run=, along a planner's path.",
     )
     task: str | None = option(None, "The task to drive; null takes the run's.")
+    robot: str | None = option(None, f"The robot: {ROBOTS}; null takes the run's, or the Pioneer.")
     controller: ControllerConfig = field(default_factory=ControllerConfig)
     planner: PlannerConfig = field(default_factory=PlannerConfig)
     laser: LaserChange = field(default_factory=LaserChange)

@@ -72,10 +72,12 @@ def _content(config: EvaluateConfig, setup: DriverSetup, pairs_name: str, result
 
 def _pairs(config: EvaluateConfig, task: TaskConfig) -> tuple[Sequence[Pair], str]:
     if config.seed is not None:
-        fresh = fresh_pairs(task.name, np.random.default_rng(config.seed), config.episodes, task.goal_radius)
+        fresh = fresh_pairs(
+            task.name, np.random.default_rng(config.seed), config.episodes, task.goal_radius, task.robot
+        )
         return fresh, f"{config.episodes} fresh pairs, seed {config.seed}"
     kept = kept_pairs(config.run, task, "test")[: config.episodes]
-    stored = kept or stored_pairs(task.name, "test", task.goal_radius, config.episodes)
+    stored = kept or stored_pairs(task.name, "test", task.goal_radius, config.episodes, task.robot)
     if is_room(task.name):
         return stored, f"{len(stored)} test pair{'s' * (len(stored) > 1)} of the room"
     if config.episodes > len(stored):

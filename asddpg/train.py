@@ -184,7 +184,8 @@ def test(
     config: TrainConfig, folder: RunFolder, environment: gymnasium.Env, agent: AsDDPG
 ) -> dict[str, EvaluationResult]:
     """Figures of the actor alone on the stored test set, for the checkpoints last and best."""
-    pairs = stored_pairs(config.task.name, "test", config.task.goal_radius, config.test_episodes)
+    task = config.task
+    pairs = stored_pairs(task.name, "test", task.goal_radius, config.test_episodes, task.robot)
     result = {}
     for name in ("last", "best"):
         weights_file.load_into(folder.checkpoint(name), agent.networks)

@@ -265,8 +265,9 @@ def validate(
     before_step: Callable[[], None] = lambda: None,
 ) -> EvaluationResult:
     """Evaluate an actor alone on the stored validation pairs; `act` is as evaluate_side_by_side takes it."""
-    pairs = stored_pairs(config.task.name, "validation", config.task.goal_radius, config.validation.episodes)
-    return evaluate_side_by_side(robots, act, pairs, config.task.control_timestep, before_step)
+    task = config.task
+    pairs = stored_pairs(task.name, "validation", task.goal_radius, config.validation.episodes, task.robot)
+    return evaluate_side_by_side(robots, act, pairs, task.control_timestep, before_step)
 
 
 def _closed_by(closing: ExitStack, opened: Closable) -> Closable:

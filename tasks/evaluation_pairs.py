@@ -1,16 +1,20 @@
 """Start-goal pairs for an evaluation, drawn or stored, with the shortest paths that SPL needs."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cache
+from itertools import groupby, islice
 from math import hypot, isfinite, sqrt
 
 import mujoco
 import numpy as np
 
 from tasks.constants import GOAL_RADIUS
+from tasks.errors import TaskError
 from tasks.physics import FloatArray, Pose
 from tasks.registry import ANYWHERE, OWN_ROOM, find_task, make_rule, task_model
+from tasks.robots.names import PIONEER
+from tasks.room_geometry.footprints import Footprint
 from tasks.room_geometry.grid import Grid
 from tasks.room_geometry.held_out import Pair, SetName, held_out_goals, held_out_pairs
 from tasks.room_geometry.obstacles import Obstacles
@@ -24,18 +28,20 @@ CELL, ROOM_CELL = 0.05, 0.1  # m; of a room that is a file or is generated: its 
 MOST_CELLS = 500_000  # of a large room cells grow with it: a search takes a second and half a gigabyte
 SEED = 2018  # of the pairs in generated rooms
 EVALUATED_GOALS = (1.5, 10.0)  # m from start to goal as the crow flies, in generated rooms
-ROBOT_RADIUS = 0.19  # m: half the robot's width, to the centimetre: the space for driving straight through a gap
+ROBOT_RADIUS = 0.19  # m: half the Pioneer's width, to the centimetre: the space for driving straight through a gap
 
 
-def fresh_pairs(task_name: str, rng: np.random.Generator, count: int, goal_radius: float) -> tuple[Pair, ...]:
+def fresh_pairs(
+    task_name: str, rng: np.random.Generator, count: int, goal_radius: float, robot: str = PIONEER
+) -> tuple[Pair, ...]:
     """Draw pairs of a task as training does, away from the goals of the stored sets."""
     if task_name == ANYWHERE:
         numbers = [int(number) for number in rng.integers(FIRST_NUMBER, LAST_NUMBER + 1, count)]
         rooms = [f"{GENERATED[index % len(GENERATED)]}:{number}" for index, number in enumerate(numbers)]
         return tuple(pair for room in rooms for pair in draw_room_pairs(room, 1, goal_radius))
     if find_task(task_name) is OWN_ROOM:
-        return draw_pairs(task_name, rng, count, goal_radius, np.zeros((0, 2)), ROOM_CELL)
-    return draw_pairs(task_name, rng, count, goal_radius, held_out_goals(task_name))
+        return draw_pairs(task_name, rng, count, goal_radius, np.zeros((0, 2)), ROOM_CELL, robot)
+    return draw_pairs(task_name, rng, count, goal_radius, held_out_goals(task_name), robot=robot)
 
 
 def draw_room_pairs(room_name: str, count: int, goal_radius: float) -> tuple[Pair, ...]:
@@ -60,40 +66,66 @@ def draw_pairs(
     goal_radius: float,
     held_out: FloatArray,
     cell: float = CELL,
+    robot: str = PIONEER,
 ) -> tuple[Pair, ...]:
     """Draw pairs whose goals keep HELD_OUT_MARGIN from the held-out goals, (n, 2) metres; `cell` as in find_paths."""
-    model = task_model(task_name)
+    model = task_model(task_name, robot=robot)
     rule = make_rule(task_name, model)
     drawn = [rule.draw(rng, held_out) for _ in range(count)]
     return find_paths([_round_pair(*each) for each in drawn], model, goal_radius, cell)
 
 
-def stored_pairs(task_name: str, set_name: SetName, goal_radius: float, count: int | None = None) -> tuple[Pair, ...]:
-    """The stored pairs of a task, or those of a room: the first `count`, or all.
+def stored_pairs(
+    task_name: str, set_name: SetName, goal_radius: float, count: int | None = None, robot: str = PIONEER
+) -> tuple[Pair, ...]:
+    """The stored pairs of a task, or those of a room: the first `count`, or all, in which the robot can start.
 
-    Shortest paths are computed anew for a goal radius other than GOAL_RADIUS, and in rooms that are files or generated.
+    Shortest paths are computed anew for a goal radius other than GOAL_RADIUS, for a robot other than the Pioneer, and
+    in rooms that are files or generated.
     """
     searched = None if count is None or count >= SIZES[set_name] else count
     digest = room_digest(find_room(task_name)) if find_task(task_name) is OWN_ROOM else ""
-    return _search_pairs(task_name, digest, set_name, goal_radius, searched)[:count]
+    return _search_pairs(task_name, digest, set_name, goal_radius, searched, robot)[:count]
 
 
 @cache
 def _search_pairs(
-    task_name: str, digest: str, set_name: SetName, goal_radius: float, count: int | None
+    task_name: str, digest: str, set_name: SetName, goal_radius: float, count: int | None, robot: str
 ) -> tuple[Pair, ...]:
     """The pairs of a task, or of a room, which has a digest: its file may change."""
     if digest:
-        model = task_model(task_name)
+        model = task_model(task_name, robot=robot)
         pairs = draw_sets(find_room(task_name), RoomRule(model))[set_name][:count]
         return find_paths(pairs, model, goal_radius, ROOM_CELL)
-    pairs = held_out_pairs(task_name, set_name)[:count]
-    if goal_radius == GOAL_RADIUS:
+    pairs = held_out_pairs(task_name, set_name)
+    if robot == PIONEER and goal_radius == GOAL_RADIUS:
+        return pairs[:count]
+    if task_name == ANYWHERE:
+        found = tuple(islice(_search_rooms(pairs, goal_radius, robot), count))
+    else:
+        model = task_model(task_name, robot=robot)
+        found = find_paths(_keep_fitting(pairs, model, robot)[:count], model, goal_radius)
+    if not found:
+        raise TaskError(f"the robot {robot} is too large for {task_name}: it fits at none of the stored starts")
+    return found
+
+
+def _search_rooms(pairs: Sequence[Pair], goal_radius: float, robot: str) -> Iterator[Pair]:
+    """Pairs of task=nav_anywhere, each in its own room, with their paths; none in a room too narrow for the robot."""
+    for room, there in groupby(pairs, lambda pair: pair.room):
+        try:
+            model = task_model(room, robot=robot)
+        except TaskError:
+            continue
+        yield from find_paths(_keep_fitting([*there], model, robot), model, goal_radius, ROOM_CELL)
+
+
+def _keep_fitting(pairs: Sequence[Pair], model: mujoco.MjModel, robot: str) -> Sequence[Pair]:
+    """Those at whose start the robot fits; the Pioneer fits at every stored one."""
+    if robot == PIONEER:
         return pairs
-    if task_name != ANYWHERE:
-        return find_paths(pairs, task_model(task_name), goal_radius)
-    models = {pair.room: compile_room(find_room(pair.room)) for pair in pairs}
-    return tuple(path for pair in pairs for path in find_paths([pair], models[pair.room], goal_radius, ROOM_CELL))
+    radius, obstacles = Footprint.from_model(model).radius, Obstacles.from_model(model)
+    return [pair for pair in pairs if obstacles.clearance(pair.start[:2]) > radius]
 
 
 def find_paths(
@@ -106,7 +138,8 @@ def find_paths(
     """
     obstacles = Obstacles.from_model(model)
     area = float(np.prod(np.subtract(obstacles.high, obstacles.low)))
-    grid = Grid(obstacles, ROBOT_RADIUS, max(cell, sqrt(area / MOST_CELLS)))
+    half_width = round(Footprint.from_model(model).half_width, 2)  # of the Pioneer ROBOT_RADIUS
+    grid = Grid(obstacles, half_width, max(cell, sqrt(area / MOST_CELLS)))
     result = list(pairs)
     for start in {pair.start[:2] for pair in pairs}:
         from_start = grid.distances(grid.nearest(start))

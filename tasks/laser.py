@@ -251,19 +251,19 @@ def _replace_ring(
 
 
 def _set_height(spec: mujoco.MjSpec, height: float) -> None:
-    """Move the laser up or down, with its housing."""
+    """Move the laser up or down: with its housing, the body `laser`, or where that is but a frame, its beams beside."""
     model = spec.copy().compile()
-    own, body = laser_position(model)[2], next(site for site in spec.sites if site.name.startswith("ray_")).parent
-    moved = [body] if body.name != "base" else [site for site in spec.sites if site.name.startswith("ray_")]
-    for element in moved:
+    own, frame = laser_position(model)[2], spec.body("laser")
+    beams = [site for site in spec.sites if site.name.startswith("ray_") and site.parent.name != "laser"]
+    for element in (*beams, *([frame] if frame else [])):
         element.pos[2] += height - own
     model = spec.copy().compile()
     is_robot = model.body_rootid[model.geom_bodyid] == model.body("base").id
     model.geom_rgba[~is_robot, 3], model.geom_matid[~is_robot] = 0.0, -1  # rays pass what is not to be seen
     data = mujoco.MjData(model)
     mujoco.mj_forward(model, data)
-    beams = [index for index in range(model.nsensor) if model.sensor(index).name.startswith("range_")]
-    blocked = int((data.sensordata[model.sensor_adr[beams]] >= 0.0).sum())
+    sensors = [index for index in range(model.nsensor) if model.sensor(index).name.startswith("range_")]
+    blocked = int((data.sensordata[model.sensor_adr[sensors]] >= 0.0).sum())
     if blocked:
-        seen = f"{blocked} of its {len(beams)} beams would end at the robot itself"
+        seen = f"{blocked} of its {len(sensors)} beams would end at the robot itself"
         raise TaskError(f"laser.height must lie above the robot, whose laser is at {own:g} m: at {height:g} m {seen}")

@@ -3,8 +3,8 @@
 import math
 import reprlib
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from typing import Any, TypeVar
 
 import dm_env
 import numpy as np
@@ -18,6 +18,8 @@ from tasks.laser import Laser, LaserConfig
 from tasks.options import NOT_NEGATIVE, POSITIVE, Range, between, build_options, check_options, option
 from tasks.physics import FloatArray, Physics, Pose, Readings
 from tasks.rewards import Outcome, Reward
+from tasks.robots.names import PIONEER, ROBOTS, full_robot_name
+from tasks.robots.opening import open_robot
 from tasks.room_geometry.start_goal import PairRule
 from tasks.rooms.changing_room import MIXTURE, ChangingRoom
 from tasks.variation import NO_VARIATION, Variation, VariationConfig, VariedBody
@@ -27,12 +29,6 @@ VELOCITY_BOUNDS = np.array([3.0, 15.0])  # m/s, rad/s
 GOAL_BOUND = 50.0  # m
 
 
-def _up_to(limit: float, unit: str) -> Range:
-    """Above 0 and up to a limit of the robot, rounded down in the text."""
-    text = f"above 0 and up to the robot's {math.floor(limit * 1000) / 1000} {unit}"
-    return Range(lambda value: 0.0 < value <= limit + 1e-9, text)
-
-
 def _is_control_timestep(seconds: float) -> bool:
     steps = seconds / constants.PHYSICS_TIMESTEP
     return 0.01 <= seconds <= 2.0 and abs(steps - round(steps)) < 1e-8
@@ -40,8 +36,10 @@ def _is_control_timestep(seconds: float) -> bool:
 
 CONTROL_TIMESTEPS = Range(_is_control_timestep, "from 0.01 to 2 s and a multiple of the physics step, 5 ms")
 GOAL_RADII = Range(lambda radius: radius == 0.0 or 0.1 <= radius <= 2.0, "0, or from 0.1 to 2 m")
-SPEEDS = _up_to(constants.WHEEL_SPEED_LIMIT * constants.WHEEL_RADIUS, "m/s")
-TURN_RATES = _up_to(constants.TURN_RATE_LIMIT, "rad/s")
+AnyConfig = TypeVar("AnyConfig", bound="NavigationConfig")
+SPEEDS = ("max_linear_velocity", "max_angular_velocity")
+FOLLOW = 0.0  # a largest speed that is the robot's
+UP_TO_THE_ROBOTS = Range(lambda value: value >= 0.0, "above 0 and up to the robot's limit; 0 takes that of the robot")
 
 
 @dataclass
@@ -56,8 +54,9 @@ class NavigationConfig:
     min_linear_velocity: float = option(
         0.0, "Smallest forward speed, m/s; task= sets 0.05 but in nav_office.", NOT_NEGATIVE
     )
-    max_linear_velocity: float = option(constants.MAX_LINEAR_VELOCITY, "Largest forward speed, m/s.", SPEEDS)
-    max_angular_velocity: float = option(constants.MAX_ANGULAR_VELOCITY, "Largest turn rate, rad/s.", TURN_RATES)
+    max_linear_velocity: float = option(FOLLOW, "Largest forward speed, m/s; of the Pioneer 0.5.", UP_TO_THE_ROBOTS)
+    max_angular_velocity: float = option(FOLLOW, "Largest turn rate, rad/s; of the Pioneer π/3.", UP_TO_THE_ROBOTS)
+    robot: str = option(PIONEER, f"The robot: {ROBOTS}. robot= sets it, and its limits.")
     goal_range: float = option(
         GOAL_BOUND, "Metres; a goal farther away is observed at this distance.", between(0.5, GOAL_BOUND, " m")
     )
@@ -73,9 +72,34 @@ class NavigationConfig:
         self.laser = build_options(LaserConfig, "laser", self.laser)
         self.variation = build_options(VariationConfig, "variation", self.variation)
         check_options(self)
+        self._limit_speeds()
         if not self.min_linear_velocity < self.max_linear_velocity:
             limit = f"below max_linear_velocity, {self.max_linear_velocity}"
             raise TaskError(f"min_linear_velocity must be {limit}, not {self.min_linear_velocity}")
+
+    def _limit_speeds(self) -> None:
+        """Hold the largest speeds against the robot's limits, and take those of the robot where there are none."""
+        self.robot = full_robot_name(self.robot)
+        limits = open_robot(self.robot)
+        for name, unit, own, usual, bound in zip(
+            SPEEDS, ("m/s", "rad/s"), limits.robot, limits.task, VELOCITY_BOUNDS, strict=True
+        ):
+            most = min(own, float(bound))  # an observation holds no more
+            value = getattr(self, name)
+            if value > most + 1e-9:
+                limit = f"above 0 and up to the robot's {math.floor(most * 1000) / 1000} {unit}"
+                raise TaskError(f"{name} must be {limit}, not {value}")
+            setattr(self, name, value or usual)
+
+
+def with_robot(config: AnyConfig, robot: str) -> AnyConfig:
+    """The same constants with another robot, their largest speeds cut at its limits: a policy keeps its own.
+
+    Raises:
+        TaskError: there is no such robot, or it does not obey.
+    """
+    limits = zip(SPEEDS, open_robot(robot).robot, strict=True)
+    return replace(config, robot=robot, **{name: min(getattr(config, name), most) for name, most in limits})
 
 
 def clip_goal(goal: tuple[float, float], goal_range: float) -> tuple[float, float]:

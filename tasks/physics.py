@@ -10,9 +10,10 @@ import numpy as np
 import numpy.typing as npt
 from dm_control import mujoco as dm_mujoco
 
-from tasks.constants import MAX_RANGE, MAX_SONAR_RANGE, MIN_RANGE, MIN_SONAR_RANGE, TRACK, TURN_RATE_LIMIT, WHEEL_RADIUS
+from tasks.constants import MAX_RANGE, MAX_SONAR_RANGE, MIN_RANGE, MIN_SONAR_RANGE
 from tasks.errors import TaskError
 from tasks.graphics.rendering import OffscreenRenderer, Picture
+from tasks.robots.drive import Drive
 
 FloatArray = npt.NDArray[np.float64]
 
@@ -73,15 +74,18 @@ def compute_digest(positions: bytes, velocities: bytes) -> int:
 
 
 class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no types
-    """A scene with a Pioneer: commands in, readings out.
+    """A scene with a robot on two driven wheels: commands in, readings out.
 
     Scans belong to the state they are read with: the sensors are switched off during the physics steps and evaluated
     once, on the final state, which also spares the rays of every other physics step.
 
     Attributes:
+        drive: the robot's wheels.
         min_range: of the laser, metres.
         max_range: of the laser, metres.
     """
+
+    drive: Drive
 
     def _reload_from_data(self, data: object) -> None:
         super()._reload_from_data(data)
@@ -91,8 +95,9 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         self._base_qpos, self._base_qvel = (
             int(at[0]) for at in (model.joint("base").qposadr, model.joint("base").dofadr)
         )
-        self._wheels = [int(model.actuator(f"{side}_wheel").id) for side in ("left", "right")]
-        self._wheel_qpos = [int(model.joint(f"{side}_wheel").qposadr[0]) for side in ("left", "right")]
+        self.drive = Drive.from_model(model)
+        self._wheels = [(wheel.actuator, wheel.gain) for wheel in self.drive.wheels]
+        self._wheel_qpos = [(int(model.jnt_qposadr[wheel.joint]), wheel.direction) for wheel in self.drive.wheels]
         self._robot_bodies = set(np.flatnonzero(np.asarray(model.body_rootid) == base).tolist())
         self._ranges, self._sonar_ranges = self._find_ring("range_"), self._find_ring("sonar_")
         self.min_range, self.max_range = _find_range_limits(model)
@@ -190,13 +195,15 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
 
         The turn rate is cut at the robot's limit here, a wheel's speed at its limit by the actuator.
         """
-        half_turn = 0.5 * TRACK * min(max(angular, -TURN_RATE_LIMIT), TURN_RATE_LIMIT)
-        self.set_wheel_speeds((linear - half_turn) / WHEEL_RADIUS, (linear + half_turn) / WHEEL_RADIUS)
+        _, radius, track, _, limit, _ = self.drive
+        half_turn = 0.5 * track * min(max(angular, -limit), limit)
+        self.set_wheel_speeds((linear - half_turn) / radius, (linear + half_turn) / radius)
 
     def set_wheel_speeds(self, left: float, right: float) -> None:
-        """Command the wheels' speeds, rad/s."""
+        """Command the wheels' speeds forward, rad/s."""
         ctrl = self.data.ptr.ctrl
-        ctrl[self._wheels[0]], ctrl[self._wheels[1]] = left, right
+        for (actuator, gain), speed in zip(self._wheels, (left, right), strict=True):
+            ctrl[actuator] = gain * speed
 
     def set_pose(self, pose: Pose) -> None:
         """Put the base on the floor at `pose`, at rest and touching nothing yet."""
@@ -294,9 +301,9 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         return self.ranges() if self._delayed is None or not self.scan_delay else self._delayed.copy()
 
     def wheel_angles(self) -> tuple[float, float]:
-        """Angles that the left and the right wheel have turned through, rad, without wrapping: perfect encoders."""
-        left, right = self._wheel_qpos
-        return float(self.data.ptr.qpos[left]), float(self.data.ptr.qpos[right])
+        """Angles that the left and the right wheel have rolled forward, rad, without wrapping: perfect encoders."""
+        qpos, ((left, ahead_left), (right, ahead_right)) = self.data.ptr.qpos, self._wheel_qpos
+        return ahead_left * float(qpos[left]), ahead_right * float(qpos[right])
 
     def sonar_ranges(self) -> FloatArray:
         """Distances along the sonars, from sonar_00 at the left front clockwise: float64 (num_sonars,), metres.

@@ -17,9 +17,12 @@ from tasks.navigation import Navigation, NavigationConfig
 from tasks.options import build_options
 from tasks.physics import FloatArray
 from tasks.rewards import REWARDS, Reward
+from tasks.robots.names import PIONEER
+from tasks.robots.opening import open_robot
+from tasks.robots.replacement import replace_robot
 from tasks.room_geometry.held_out import held_out_goals
 from tasks.room_geometry.start_goal import FreeSpaceRule, OriginRule, PairRule
-from tasks.rooms.changing_room import ChangingRoom
+from tasks.rooms.changing_room import ChangingRoom, turning_radius
 from tasks.rooms.generators.catalogue import GENERATORS
 from tasks.rooms.pairs import draw_sets
 from tasks.rooms.reading import ROOMS, find_room, is_room
@@ -86,10 +89,12 @@ def load(
     reward_name = find_task(task_name).reward
     config = build_options(NavigationConfig, "config", {} if config is None else config)
     reward = reward_name if reward is None else reward
-    physics = robot_physics(task_model(task_name, config.laser.ring), task_name, TASK_CAMERAS)
+    model = task_model(task_name, config.laser.ring, config.robot)
+    physics = robot_physics(model, task_name, TASK_CAMERAS)
     rule: PairRule
     if task_name == ANYWHERE:
-        rule = ChangingRoom(config.rooms, _find_task_room)
+        radius = turning_radius(config.robot, physics.model.ptr)
+        rule = ChangingRoom(config.rooms, partial(_find_task_room, robot=config.robot), radius)
     else:
         rule = make_rule(task_name, physics.model.ptr)
     task = Navigation(
@@ -113,21 +118,23 @@ def find_task(name: str) -> TaskDefinition:
     return DEFINITIONS[name]
 
 
-def task_model(name: str, ring: BeamRing | None = None) -> mujoco.MjModel:
+def task_model(name: str, ring: BeamRing | None = None, robot: str = PIONEER) -> mujoco.MjModel:
     """The compiled scene of a task or of a room.
 
     Args:
         name: of the task or the room.
         ring: beams of the laser; None leaves the scene's own.
+        robot: that drives in it.
 
     Raises:
-        TaskError: there is no such task or room, or its file is broken.
+        TaskError: there is no such task, room or robot, its file is broken, or the robot does not obey.
     """
+    open_robot(robot)
     if name == ANYWHERE:
-        return compile_slots(ring)
+        return compile_slots(ring, robot)
     if find_task(name) is OWN_ROOM:
-        return compile_room(find_room(name), ring)
-    return load_model(scene_path(name), ring)
+        return compile_room(find_room(name), ring, robot)
+    return load_model(scene_path(name), ring, partial(replace_robot, name=robot))
 
 
 def make_rule(task_name: str, model: mujoco.MjModel) -> PairRule:
@@ -152,11 +159,11 @@ def _held_out(task_name: str, rule: PairRule) -> FloatArray:
 
 
 @cache
-def _find_task_room(name: str) -> tuple[PairRule, FloatArray, Room]:
+def _find_task_room(name: str, robot: str) -> tuple[PairRule, FloatArray, Room]:
     """Rule, held-out goals and room of a task, for task=nav_anywhere."""
     if name not in DEFINITIONS:
         raise TaskError(f"there is no room {name!r} for {ANYWHERE}; there are {', '.join((*GENERATORS, *DEFINITIONS))}")
-    return make_rule(name, task_model(name)), held_out_goals(name), read_mjcf(scene_path(name))
+    return make_rule(name, task_model(name, robot=robot)), held_out_goals(name), read_mjcf(scene_path(name))
 
 
 def _find(table: Mapping[str, T], kind: str, name: str) -> T:

@@ -22,7 +22,7 @@ class Variation(NamedTuple):
         dropout: probability that a beam returns nothing, on top of laser.dropout.
         latency: seconds, on top of laser.latency.
         friction: of the robot's wheels and body on the floor, times what its file has.
-        mass: of the robot's base, times what its file has.
+        mass: of the heaviest part of the robot, its base, times what its file has.
     """
 
     noise: float = 0.0
@@ -86,8 +86,9 @@ class VariedBody:
 
     def __init__(self, model: mujoco.MjModel) -> None:
         """Read a scene in which neither has been changed."""
-        self._base = model.body("base").id
-        self._geoms = np.flatnonzero(np.asarray(model.body_rootid)[model.geom_bodyid] == self._base)
+        is_robot = np.asarray(model.body_rootid) == model.body("base").id
+        self._base = int(np.where(is_robot, model.body_mass, 0.0).argmax())
+        self._geoms = np.flatnonzero(is_robot[model.geom_bodyid])
         self._friction = model.geom_friction[self._geoms, 0].copy()
         self._mass, self._inertia = model.body_mass[self._base], model.body_inertia[self._base].copy()
         self._applied = (1.0, 1.0)

@@ -21,6 +21,7 @@ from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
 from tasks import ALL_TASKS
 from tasks.options import Range, between, option
+from tasks.robots.names import ROBOTS
 from tasks.rooms.reading import ROOMS, is_room
 from tools.comparison.cases import MOST_ROOMS, Case, expand_rooms
 from tools.comparison.driven_episodes import DrivenCase
@@ -56,6 +57,7 @@ class CompareArguments:
     )
     processes: int = option(2, "Drivers at once, each in a process; 1 drives in this one.", between(1, 256))
     folder: Path = option(Path("runs") / "compare", "Folder of the episodes and the tables.")
+    robot: str | None = option(None, f"Of all drivers: {ROBOTS}; null takes a run's own, or the Pioneer.")
     controller: ControllerConfig = field(default_factory=ControllerConfig)
     planner: PlannerConfig = field(default_factory=PlannerConfig)
 
@@ -84,7 +86,7 @@ def _baseline(parsed: CompareArguments) -> str:
 def _cases(parsed: CompareArguments) -> list[Case]:
     """Every driver on every task; UserError where no driver heeds an option that is given."""
     cases = [
-        Case(driver, task, parsed.episodes, parsed.controller, parsed.planner)
+        Case(driver, task, parsed.episodes, parsed.controller, parsed.planner, parsed.robot)
         for task in parsed.tasks
         for driver in parsed.drivers
     ]

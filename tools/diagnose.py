@@ -60,7 +60,8 @@ def main(arguments: Sequence[str]) -> None:
         print_line(f"note: there is no {folder.steps}, so the switch's preference in training is unknown")
     # Before the driving, which takes minutes: damaged logs stop it here.
     training = read_training_metrics(folder.metrics, folder.steps if agent.controller and has_steps else None)
-    pairs = stored_pairs(config.task.name, "validation", config.task.goal_radius)[: parsed.episodes]
+    task = config.task
+    pairs = stored_pairs(task.name, "validation", task.goal_radius, robot=task.robot)[: parsed.episodes]
     folder.diagnosis.mkdir(exist_ok=True)
     examiner = Examiner(str(folder.path), config, agent, environment, pairs, training)
     with RunLock(folder.diagnosis):

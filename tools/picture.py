@@ -14,9 +14,10 @@ from asddpg.program import run
 from tasks.graphics.headless import mujoco
 from tasks.graphics.rendering import FREE, Picture
 from tasks.options import argument, option
+from tasks.robots.names import SHIPPED
 from tasks.rooms.reading import short_name
 from tools.drawing.picture_file import PICTURE_FILE, PICTURE_SIZE, open_renderer, picture_size, write
-from tools.robot.scene_argument import ROBOT, SCENE, scene_model
+from tools.robot.scene_argument import SCENE, robot_option, scene_model
 
 SHADOW_SIZE = 8192  # px of the shadow's map: fine enough for a whole room
 SEED = 3  # of the goal in a task's picture
@@ -26,7 +27,8 @@ SEED = 3  # of the goal in a task's picture
 class PictureArguments:
     """The scene to draw, and how."""
 
-    scene: str = argument("A task, pioneer for the robot alone, an .xml scene, or a room.", values=SCENE)
+    scene: str = argument("A task, a robot's name for it alone, an .xml scene, or a room.", values=SCENE)
+    robot: str = robot_option()
     camera: str | None = option(
         None, "A camera of the scene, or free for the whole of it; null takes free, of the robot portrait."
     )
@@ -37,7 +39,7 @@ class PictureArguments:
 
 def render(parsed: PictureArguments, camera: str) -> Picture:
     """The picture, uint8 (height, width, 3)."""
-    model, data = _state(parsed.scene)
+    model, data = _state(parsed.scene, parsed.robot)
     _set_shadows(model, data, parsed.shadows)
     renderer = open_renderer(model, *picture_size(parsed.size))
     try:
@@ -58,13 +60,13 @@ def _set_shadows(model: mujoco.MjModel, data: mujoco.MjData, wanted: bool) -> No
         data.light_xpos[light] = model.stat.center - model.stat.extent * data.light_xdir[light]
 
 
-def _state(scene: str) -> tuple[mujoco.MjModel, mujoco.MjData]:
+def _state(scene: str, robot: str) -> tuple[mujoco.MjModel, mujoco.MjData]:
     """A scene at its beginning: a task's with a goal drawn, any other in its first keyframe, if it has one."""
     if scene in tasks.ALL_TASKS:
-        environment = tasks.load(scene, random=SEED)
+        environment = tasks.load(scene, random=SEED, config={"robot": robot})
         environment.reset()
         return environment.physics.model.ptr, environment.physics.data.ptr
-    model = scene_model(scene)
+    model = scene_model(scene, robot)
     data = mujoco.MjData(model)
     if model.nkey:
         mujoco.mj_resetDataKeyframe(model, data, 0)
@@ -75,7 +77,7 @@ def _state(scene: str) -> tuple[mujoco.MjModel, mujoco.MjData]:
 def main(arguments: Sequence[str]) -> None:
     """Render and write."""
     parsed = parse_arguments(PictureArguments, arguments)
-    camera = parsed.camera or ("portrait" if parsed.scene == ROBOT else FREE)
+    camera = parsed.camera or ("portrait" if parsed.scene in SHIPPED else FREE)
     write(Image.fromarray(render(parsed, camera)), parsed.file or Path(f"{short_name(parsed.scene)}_{camera}.png"))
 
 

@@ -151,7 +151,8 @@ def _test(
     config: TrainConfig, environment: gymnasium.Env, agent: AsDDPG, episodes: int
 ) -> tuple[dict[str, EvaluationResult], list[DrivenEpisode]]:
     """Results by driver, and the episodes of the actor alone."""
-    pairs = stored_pairs(config.task.name, "test", config.task.goal_radius)[:episodes]
+    task = config.task
+    pairs = stored_pairs(task.name, "test", task.goal_radius, robot=task.robot)[:episodes]
     drivers = {"actor": actor_alone(agent)}
     if agent.controller is not None:
         drivers["switch"] = FixedDriver(agent.decide_greedily)

@@ -8,16 +8,19 @@ from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
 from tasks.options import argument, option
+from tasks.robots.names import PIONEER, SHIPPED
+from tasks.robots.opening import load_robot, measure_speeds
 from tasks.scene.loading import robot_physics
-from tools.robot.robot_quantities import Quantity, RobotQuantities, Section
-from tools.robot.scene_argument import ROBOT, SCENE, scene_model
+from tools.robot.robot_quantities import Quantity, RobotQuantities, Section, driven_section
+from tools.robot.scene_argument import SCENE, robot_option, scene_model
 
 
 @dataclass(frozen=True)
 class RobotFiguresArguments:
     """The scene with the robot, and the form of its figures."""
 
-    scene: str = argument("A task, pioneer for the robot alone, or a path to an .xml scene with it.", ROBOT, SCENE)
+    scene: str = argument("A task, a robot's name for it alone, or a path to an .xml scene with it.", PIONEER, SCENE)
+    robot: str = robot_option()
     json: bool = option(False, "Whether they are printed as JSON, for machines.")
 
 
@@ -45,7 +48,11 @@ def _text(quantity: Quantity) -> str:
 def main(arguments: Sequence[str]) -> None:
     """Print."""
     parsed = parse_arguments(RobotFiguresArguments, arguments)
-    sections = RobotQuantities(robot_physics(scene_model(parsed.scene), parsed.scene).model.ptr).sections
+    model = scene_model(parsed.scene, parsed.robot)
+    sections = RobotQuantities(robot_physics(model, parsed.scene).model.ptr).sections
+    if parsed.scene in SHIPPED:
+        robot = parsed.scene if parsed.robot == PIONEER else parsed.robot
+        sections["commanded and driven"] = driven_section(measure_speeds(load_robot(robot), robot))
     if parsed.json:
         plain = {title: {name: f._asdict() for name, f in section.items()} for title, section in sections.items()}
         print(json.dumps(plain, ensure_ascii=False, indent=2))

@@ -17,11 +17,12 @@ from asddpg.program import run
 from tasks.options import argument
 from tasks.physics import Physics, Velocity
 from tasks.registry import make_rule, task_model
+from tasks.robots.names import PIONEER, SHIPPED
 from tasks.room_geometry.start_goal import PairRule
 from tasks.scene.checks import find_missing_elements
 from tasks.scene.loading import robot_physics
-from tools.robot.scene_argument import ROBOT, SCENE, scene_model
-from tools.robot.teleop_keys import BACKSPACE, HELP, next_command
+from tools.robot.scene_argument import SCENE, robot_option, scene_model
+from tools.robot.teleop_keys import BACKSPACE, help_lines, next_command
 from tools.robot.viewer import check_screen, open_viewer, wait_for_frames
 
 FRAME = 0.02  # s between two pictures; the command may change with each
@@ -31,7 +32,8 @@ FRAME = 0.02  # s between two pictures; the command may change with each
 class TeleopArguments:
     """The scene to drive in."""
 
-    scene: str = argument("A task, pioneer for the robot on an open floor, an .xml scene, or a room.", values=SCENE)
+    scene: str = argument("A task, a robot's name for it on an open floor, an .xml scene, or a room.", values=SCENE)
+    robot: str = robot_option()
 
 
 class TeleopSession:
@@ -64,7 +66,7 @@ class TeleopSession:
 
     def press(self, key: int) -> None:
         """Handle a key, GLFW's code."""
-        self.command = next_command(self.command, key)
+        self.command = next_command(self.command, key, self.physics.drive.task_limits)
         if key == BACKSPACE:
             self.reset()
 
@@ -107,15 +109,18 @@ def drive(driven: TeleopSession) -> None:
 
 def main(arguments: Sequence[str]) -> None:
     """Open the scene and drive."""
-    scene = parse_arguments(TeleopArguments, arguments).scene
-    model, is_task = scene_model(scene), scene in tasks.ALL_TASKS or not scene.endswith(".xml")
+    parsed = parse_arguments(TeleopArguments, arguments)
+    scene, robot = parsed.scene, parsed.robot
+    model = scene_model(scene, robot)
+    is_task = scene in tasks.ALL_TASKS or not scene.endswith(".xml") or robot != PIONEER
     check_screen()
     if find_missing_elements(model):
-        print(f"{scene} has no Pioneer: one is put into it")
+        print(f"{scene} has no robot: the Pioneer is put into it")
         model, is_task = task_model(scene), True
-    print("\n".join(f"  {keys:<12} {meaning}" for keys, meaning in HELP), flush=True)
-    rule = make_rule(scene, model) if is_task and scene != ROBOT else None
-    drive(TeleopSession(robot_physics(model, scene), rule))
+    physics = robot_physics(model, scene)
+    lines = help_lines(physics.drive.task_limits)
+    print("\n".join(f"  {keys:<12} {meaning}" for keys, meaning in lines), flush=True)
+    drive(TeleopSession(physics, make_rule(scene, model) if is_task and scene not in SHIPPED else None))
 
 
 if __name__ == "__main__":

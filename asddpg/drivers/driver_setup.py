@@ -35,7 +35,9 @@ from asddpg.runs.loading import open_trained
 from asddpg.runs.provenance import current_versions, environment_hash, recording_provenance
 from asddpg.runs.state_files import file_digest
 from tasks import ALL_TASKS
+from tasks.navigation import SPEEDS, with_robot
 from tasks.registry import find_task
+from tasks.robots.names import full_robot_name
 from tasks.rooms.reading import full_name, is_room
 
 
@@ -153,11 +155,18 @@ def _open_run(config: DrivingConfig, run: str, setting: Setting) -> DriverSetup:
     if config.controller.type not in (ControllerConfig.type, trained.controller.type):
         raise UserError(own)
     trained.device = config.device
-    is_other_task = config.task not in (None, trained.task.name)
+    is_other_scene = config.task not in (None, trained.task.name)
     trained.task.name = config.task or trained.task.name
+    own_task = trained.task
+    if config.robot is not None:
+        is_other_scene |= full_robot_name(config.robot) != own_task.robot
+        trained.task = with_robot(own_task, config.robot)
     setting.prepare_task(trained.task)
     environment = make_environment(trained.task, trained.reward)
-    agent = make_agent(trained, environment, opened.weights)
+    # Of a robot that is slower than the run's own, the environment cuts the policy's actions.
+    is_slower = any(getattr(trained.task, speed) != getattr(own_task, speed) for speed in SPEEDS)
+    own_environment = make_environment(own_task, trained.reward) if is_slower else environment
+    agent = make_agent(trained, own_environment, opened.weights)
     step, digest = _load(opened.weights, agent)
     drivers = {
         "actor": actor_alone(agent),
@@ -169,7 +178,7 @@ def _open_run(config: DrivingConfig, run: str, setting: Setting) -> DriverSetup:
         drivers["switch"] = FixedDriver(agent.decide_greedily)
     if config.driver not in drivers:
         raise UserError("driver=switch needs a run with a controller, and this one is DDPG; driver=actor works")
-    if not is_other_task and environment_hash(environment) != opened.provenance.get("model_hash"):
+    if not is_other_scene and environment_hash(environment) != opened.provenance.get("model_hash"):
         print_line("note: the scene's model is not the one this run was trained on")
     task, laser = trained.task, config.laser.apply(trained.task.laser)
     is_other_laser = laser != task.laser
@@ -216,7 +225,7 @@ def _open_baseline(config: DrivingConfig, seed: int, setting: Setting) -> Driver
         raise UserError(f"agent={config.agent} needs task= and no run=, such as task={ALL_TASKS[-1]}")
     if (config.driver, config.checkpoint) != ("actor", "last"):
         raise UserError("driver= and checkpoint= belong to run=; a baseline has neither")
-    defaults = train_config([f"task={config.task}"])
+    defaults = train_config([f"task={config.task}", *([f"robot={config.robot}"] if config.robot else [])])
     if config.agent not in PRESET_SPEED:
         defaults.task.min_linear_velocity = 0.0  # a preset's least speed is for policies: who plans may stop and turn
     setting.prepare_task(defaults.task)

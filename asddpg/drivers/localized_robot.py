@@ -13,7 +13,6 @@ from asddpg.planning.occupancy_grid import OccupancyGrid
 from asddpg.planning.odometry import MotionNoise, OdometryErrors, WheelOdometry
 from asddpg.planning.poses import wrap_angle
 from asddpg.planning.robot import Reading
-from tasks.constants import TRACK, WHEEL_RADIUS
 from tasks.gymnasium_api.navigation_env import NavigationEnv
 
 # Between two updates the pose is that of the odometry, with its drift: they come twice as often as the node's. Its sum
@@ -67,7 +66,8 @@ class LocalizedRobot:
         self._inner, self._physics = SimulatedRobot(environment, room_map), environment.physics
         self.shape, self.map = self._inner.shape, room_map
         chosen = options or LocalizationOptions()
-        self._odometry = WheelOdometry(WHEEL_RADIUS, TRACK, chosen.ticks, chosen.errors)
+        drive = self._physics.drive
+        self._odometry = WheelOdometry(drive.radius, drive.track, chosen.ticks, chosen.errors)
         self.amcl = AMCL(room_map, self.shape.max_range, rng, (*self.shape.laser, 0.0), chosen.amcl)
         self._time = -1.0
 

@@ -10,6 +10,7 @@ from asddpg.config import TaskConfig
 from asddpg.runs.run_folder import RunFolder, write_json
 from tasks.errors import TaskError
 from tasks.evaluation_pairs import stored_pairs
+from tasks.robots.names import PIONEER
 from tasks.room_geometry.held_out import Pair, SetName, pairs_of_rows
 from tasks.rooms.limits import read_bytes
 from tasks.rooms.pairs import SIZES, room_digest
@@ -19,7 +20,7 @@ from tasks.rooms.reading import find_room, is_room
 def keep_pairs(folder: RunFolder, task: TaskConfig) -> None:
     """Write both sets of a run's room; nothing for a task, whose sets are stored."""
     if is_room(task.name):
-        sets = {name: stored_pairs(task.name, name, task.goal_radius) for name in SIZES}
+        sets = {name: stored_pairs(task.name, name, task.goal_radius, robot=task.robot) for name in SIZES}
         rows = {name: [vars(pair) for pair in pairs] for name, pairs in sets.items()}
         write_json(folder.pairs, _conditions(task) | rows)
 
@@ -28,7 +29,7 @@ def kept_pairs(run: str | None, task: TaskConfig, set_name: SetName) -> tuple[Pa
     """The pairs that a run keeps; () where they are damaged, or not of this room and goal radius."""
     try:
         content = json.loads(read_bytes(RunFolder(Path(run or "")).pairs)) if is_room(task.name) else {}
-        if _conditions(task).items() <= content.items():
+        if _conditions(task).items() <= ({"robot": PIONEER} | content).items():
             pairs = pairs_of_rows(content[set_name])
             if all(np.isfinite([*pair.start, *pair.goal, pair.shortest_path]).all() for pair in pairs):
                 return pairs
@@ -38,4 +39,4 @@ def kept_pairs(run: str | None, task: TaskConfig, set_name: SetName) -> tuple[Pa
 
 
 def _conditions(task: TaskConfig) -> dict[str, Any]:
-    return {"room": room_digest(find_room(task.name)), "goal_radius": task.goal_radius}
+    return {"room": room_digest(find_room(task.name)), "goal_radius": task.goal_radius, "robot": task.robot}

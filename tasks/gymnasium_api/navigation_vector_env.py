@@ -13,7 +13,6 @@ import numpy as np
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from tasks.constants import TRACK, TURN_RATE_LIMIT, WHEEL_RADIUS
 from tasks.errors import TaskError
 from tasks.gymnasium_api.flat_observation import Float32Array
 from tasks.gymnasium_api.navigation_env import NavigationEnv, check_scene
@@ -198,14 +197,14 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
 
     def _wheel_speeds(self, actions: FloatArray) -> list[list[float]]:
         """Speeds of the left and the right wheel, rad/s, as Navigation.before_step() commands one robot's."""
-        config = self.envs[0].task.config
+        config, drive = self.envs[0].task.config, self.envs[0].physics.drive
         linear = np.minimum(np.maximum(actions[:, 0], config.min_linear_velocity), config.max_linear_velocity)
-        turn_rate = min(config.max_angular_velocity, TURN_RATE_LIMIT)
         limit = config.max_angular_velocity
         commanded = np.minimum(np.maximum(actions[:, 1], -limit), limit)
         self._turn_rates, self._turn_changes = commanded, commanded - self._turn_rates
-        half_turn = 0.5 * TRACK * np.minimum(np.maximum(actions[:, 1], -turn_rate), turn_rate)
-        speeds: list[list[float]] = (columns(linear - half_turn, linear + half_turn) / WHEEL_RADIUS).tolist()
+        turn_rate = min(limit, drive.max_angular_velocity)
+        half_turn = 0.5 * drive.track * np.minimum(np.maximum(actions[:, 1], -turn_rate), turn_rate)
+        speeds: list[list[float]] = (columns(linear - half_turn, linear + half_turn) / drive.radius).tolist()
         return speeds
 
     def _judge(self, driven: BoolArray) -> None:

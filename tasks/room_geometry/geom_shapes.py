@@ -13,8 +13,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.spatial import ConvexHull, QhullError
 
-from tasks.physics import FloatArray
-
+FloatArray = npt.NDArray[np.float64]
 IntArray = npt.NDArray[np.intp]
 
 _SIDES = 32  # of the polyhedra around round geoms

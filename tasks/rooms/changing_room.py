@@ -4,12 +4,15 @@ from collections.abc import Callable, Sequence
 from math import pi
 from typing import Any
 
+import mujoco
 import numpy as np
 
 from tasks.errors import TaskError
 from tasks.physics import FloatArray, Physics, Pose
+from tasks.robots.names import PIONEER
+from tasks.room_geometry.footprints import Footprint
 from tasks.room_geometry.obstacles import Obstacles
-from tasks.room_geometry.start_goal import PairRule
+from tasks.room_geometry.start_goal import MARGIN, PairRule
 from tasks.rooms.fence import build_fence, find_extent, find_fence
 from tasks.rooms.floor_cells import CELL, clearance, describe, divide_floor
 from tasks.rooms.generators.catalogue import GENERATORS
@@ -33,12 +36,31 @@ def is_open(name: str) -> bool:
     return name.partition(":")[0] in OPEN
 
 
+def turning_radius(robot: str, model: mujoco.MjModel) -> float:
+    """What a robot needs for turning on the spot, and MARGIN; metres.
+
+    Args:
+        robot: its name.
+        model: a compiled scene with it.
+    """
+    return TURNING_RADIUS if robot == PIONEER else Footprint.from_model(model).radius + MARGIN
+
+
 class GeneratedRoomRule:
     """Starts and goals in a room that a generator drew, from its obstacles alone."""
 
-    def __init__(self, room: Room, distances: tuple[float, float], is_open: bool) -> None:
-        """Prepare a room; goals lie so many metres from their starts, least and greatest, or are the room's own."""
-        self._room, self._distances, self._is_open = room, distances, is_open
+    def __init__(
+        self, room: Room, distances: tuple[float, float], is_open: bool, radius: float = TURNING_RADIUS
+    ) -> None:
+        """Prepare a room.
+
+        Args:
+            room: its obstacles.
+            distances: metres from start to goal, least and greatest.
+            is_open: whether starts and goals are the room's own.
+            radius: metres around starts and goals that are free, and that ways between them leave free.
+        """
+        self._room, self._distances, self._is_open, self._radius = room, distances, is_open, radius
         self._rows = describe(room.obstacles)
 
     @property
@@ -56,7 +78,7 @@ class GeneratedRoomRule:
         if self._is_open:
             return room.pairs[int(rng.integers(len(room.pairs)))]
         places = tuple(each[:2] for pair in room.pairs for each in pair)
-        cells = divide_floor(room.obstacles, TURNING_RADIUS, places).largest()
+        cells = divide_floor(room.obstacles, self._radius, places).largest()
         for _ in range(_MAX_DRAWS if len(cells) else 0):
             x, y = self._draw_place(rng, cells)
             distances = np.hypot(cells[:, 0] - x, cells[:, 1] - y)
@@ -64,7 +86,7 @@ class GeneratedRoomRule:
             if not len(near):
                 continue
             goal = self._draw_place(rng, near)
-            if all(clearance(self._rows, *place) >= TURNING_RADIUS for place in ((x, y), goal)):
+            if all(clearance(self._rows, *place) >= self._radius for place in ((x, y), goal)):
                 return Pose(x, y, rng.uniform(-pi, pi)), goal
         raise TaskError("the room leaves no start and goal")
 
@@ -81,14 +103,20 @@ class ChangingRoom:
         name: of the room, such as cylinders:1234 or nav_office; empty before the first.
     """
 
-    def __init__(self, names: Sequence[str], find_rule: Callable[[str], tuple[PairRule, FloatArray, Room]]) -> None:
+    def __init__(
+        self,
+        names: Sequence[str],
+        find_rule: Callable[[str], tuple[PairRule, FloatArray, Room]],
+        radius: float = TURNING_RADIUS,
+    ) -> None:
         """Mix rooms.
 
         Args:
             names: of generators and of tasks, each as likely as it is named.
             find_rule: of a task, its rule, the goals that no drawn one comes near, and its room.
+            radius: as of GeneratedRoomRule.
         """
-        self._names, self._find_rule = names, find_rule
+        self._names, self._find_rule, self._radius = names, find_rule, radius
         self.name = ""
         self._rule: PairRule | None = None
         self._held_out = np.zeros((0, 2))
@@ -118,7 +146,8 @@ class ChangingRoom:
         """
         if is_room(name):
             room = find_room(name)
-            self._rule, self._held_out = GeneratedRoomRule(room, TRAINED_GOALS, is_open(name)), np.zeros((0, 2))
+            self._rule = GeneratedRoomRule(room, TRAINED_GOALS, is_open(name), self._radius)
+            self._held_out = np.zeros((0, 2))
         else:
             self._rule, self._held_out, room = self._find_rule(name)
         model = physics.model.ptr

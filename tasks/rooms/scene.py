@@ -11,6 +11,8 @@ from scipy import ndimage
 from tasks.errors import TaskError
 from tasks.laser import BeamRing, set_beams
 from tasks.physics import FloatArray
+from tasks.robots.names import PIONEER
+from tasks.robots.replacement import replace_robot
 from tasks.room_geometry.footprints import Footprint
 from tasks.room_geometry.free_space import CELL
 from tasks.room_geometry.grid import BoolArray, Grid
@@ -37,13 +39,13 @@ _TYPES = {
 }
 
 
-def compile_room(room: Room, ring: BeamRing | None = None) -> mujoco.MjModel:
+def compile_room(room: Room, ring: BeamRing | None = None, robot: str = PIONEER) -> mujoco.MjModel:
     """The compiled scene of a room; arguments and errors are those of build_scene."""
-    return _compile(build_scene(room, ring))
+    return _compile(build_scene(room, ring, robot))
 
 
 @lru_cache(maxsize=4)
-def build_scene(room: Room, ring: BeamRing | None = None) -> mujoco.MjSpec:
+def build_scene(room: Room, ring: BeamRing | None = None, robot: str = PIONEER) -> mujoco.MjSpec:
     """A room with the robot, at the widest free place, as a scene; around one without walls stands a fence.
 
     It is built once for all robots of a process; do not change it.
@@ -51,12 +53,13 @@ def build_scene(room: Room, ring: BeamRing | None = None) -> mujoco.MjSpec:
     Args:
         room: its obstacles.
         ring: beams of the laser; None leaves the robot's own.
+        robot: its name.
 
     Raises:
         TaskError: MuJoCo takes an obstacle for invalid, or no place is free.
     """
     check_obstacles(room.obstacles)
-    spec = _add_obstacles(room, ring)
+    spec = _add_obstacles(room, ring, robot)
     low, high = find_extent(room)
     _check_area(low, high)
     floor = _enclosed_floor(_compile(spec)) if _holds_pairs(room) else None
@@ -74,8 +77,9 @@ def build_scene(room: Room, ring: BeamRing | None = None) -> mujoco.MjSpec:
 
 
 @cache
-def _template(ring: BeamRing | None) -> mujoco.MjSpec:
+def _template(ring: BeamRing | None, robot: str) -> mujoco.MjSpec:
     spec = mujoco.MjSpec.from_file(str(TEMPLATE))
+    replace_robot(spec, robot)
     if ring is not None:
         set_beams(spec, ring)
     return spec
@@ -94,8 +98,8 @@ def _compile(spec: mujoco.MjSpec) -> mujoco.MjModel:
 # Obstacles ------------------------------------------------------------------------------------------------------------
 
 
-def _add_obstacles(room: Room, ring: BeamRing | None) -> mujoco.MjSpec:
-    spec = _template(ring).copy()
+def _add_obstacles(room: Room, ring: BeamRing | None, robot: str) -> mujoco.MjSpec:
+    spec = _template(ring, robot).copy()
     for name, obstacle in zip(_choose_names(room, spec), room.obstacles, strict=True):
         mesh = f"{name}_points" if obstacle.shape is Shape.HULL else ""
         if mesh:
@@ -172,9 +176,9 @@ def place_camera(low: FloatArray, high: FloatArray) -> tuple[float, float, float
     return x, y, 1.1 * max(width, depth) / 2 / np.tan(np.radians(CAMERA_ANGLE / 2)) + HEIGHT
 
 
-def compile_slots(ring: BeamRing | None = None) -> mujoco.MjModel:
+def compile_slots(ring: BeamRing | None = None, robot: str = PIONEER) -> mujoco.MjModel:
     """The compiled scene of a room that changes at run time; it is empty."""
-    spec = _template(ring).copy()
+    spec = _template(ring, robot).copy()
     add_slots(spec, SLOTS)
     _add_camera(spec, np.full(2, -4.0), np.full(2, 4.0))
     return _compile(spec)

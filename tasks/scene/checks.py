@@ -6,6 +6,8 @@ from typing import Any
 import mujoco
 import numpy as np
 
+from tasks.robots.drive import names_wheels
+
 MAX_TIMESTEP = 0.02  # s; beyond it contacts of a robot of this size are no longer realistic
 
 # Element → fields that must be finite. A body's elements come before the body, whose mass follows from them.
@@ -65,14 +67,20 @@ def find_missing_elements(model: mujoco.MjModel, cameras: Sequence[str] = ()) ->
     found = {
         "body 'base'": _find(model, "body", "base"),
         "free joint 'base' of the body 'base'": is_free,
-        **{f"joint {name!r}": _find(model, "joint", name) for name in _WHEELS},
-        **{f"actuator {name!r}": _find(model, "actuator", name) for name in _WHEELS},
+        **(_find_wheels(model) if not names_wheels(model) else {}),
         _BEAMS: any(model.sensor(index).name.startswith("range_") for index in rangefinders),
         "mocap body 'goal'": goal and goal.mocapid[0] >= 0,
         "geom 'floor'": _find(model, "geom", "floor"),
         **{f"camera {name!r}": _find(model, "camera", name) for name in cameras},
     }
     return [element for element, is_present in found.items() if not is_present]
+
+
+def _find_wheels(model: mujoco.MjModel) -> dict[str, Any]:
+    joints, actuators = ({name: _find(model, kind, name) for name in _WHEELS} for kind in ("joint", "actuator"))
+    return {f"joint {name!r}": joint for name, joint in joints.items()} | {
+        f"actuator {name!r}": actuator for name, actuator in actuators.items()
+    }
 
 
 def _find(model: mujoco.MjModel, kind: str, name: str) -> Any:

@@ -4,7 +4,7 @@ import contextlib
 import hashlib
 import logging
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
 import mujoco
@@ -27,31 +27,47 @@ def scene_path(task_name: str) -> Path:
     return MODELS / f"{task_name}.xml"
 
 
-def load_model(path: str | Path, ring: BeamRing | None = None) -> mujoco.MjModel:
+def load_model(
+    path: str | Path, ring: BeamRing | None = None, prepare: Callable[[mujoco.MjSpec], None] = lambda _: None
+) -> mujoco.MjModel:
     """Compile any MJCF file.
 
     Args:
         path: of the file.
         ring: beams to give the laser; None leaves it as it is.
+        prepare: changes the scene before, such as its robot.
 
     Raises:
         TaskError: no such file, MuJoCo cannot read it, or it holds invalid numbers.
     """
     if not Path(path).is_file():
         raise TaskError(f"there is no scene file {path}; an MJCF file, .xml, is expected")
+    spec = read_spec(path, "scene")
+    prepare(spec)
+    if ring is not None:
+        set_beams(spec, ring)
+    return compile_spec(spec, f"the scene {path}")
+
+
+def read_spec(path: str | Path, kind: str) -> mujoco.MjSpec:
+    """An MJCF file, not yet compiled; TaskError, which calls it a `kind`, where MuJoCo cannot read it."""
     try:
         with _suppress_nan_warning():
-            spec = mujoco.MjSpec.from_file(str(path))
-            if ring is not None:
-                set_beams(spec, ring)
-            model = spec.compile()
-    except TaskError:
-        raise
+            return mujoco.MjSpec.from_file(str(path))
     except ValueError as error:
-        raise TaskError(f"the scene {path} cannot be compiled: {_join_lines(str(error))}") from error
+        raise TaskError(f"the {kind} {path} cannot be compiled: {_join_lines(str(error))}") from error
+
+
+def compile_spec(spec: mujoco.MjSpec, name: str) -> mujoco.MjModel:
+    """The model of a scene; TaskError, which begins with `name`, where it is invalid."""
+    try:
+        with _suppress_nan_warning():
+            model = spec.compile()
+    except ValueError as error:
+        raise TaskError(f"{name} cannot be compiled: {_join_lines(str(error))}") from error
     fault = find_invalid_number(model)
     if fault is not None:
-        raise TaskError(f"the scene {path} {fault}")
+        raise TaskError(f"{name} {fault}")
     return model
 
 

@@ -35,6 +35,10 @@ def test_constants_are_those_of_the_compiled_robot() -> None:
     assert model.geom("left_wheel").size[0] == constants.WHEEL_RADIUS
     assert model.body("left_wheel").pos[1] - model.body("right_wheel").pos[1] == constants.TRACK
     assert model.actuator("left_wheel").ctrlrange[1] == constants.WHEEL_SPEED_LIMIT
+    drive = scene().drive  # equal to the last bit: stored runs depend on it
+    assert (drive.radius, drive.track) == (constants.WHEEL_RADIUS, constants.TRACK)
+    assert drive.max_linear_velocity == constants.WHEEL_SPEED_LIMIT * constants.WHEEL_RADIUS
+    assert drive.max_angular_velocity == constants.TURN_RATE_LIMIT
     cutoffs = {model.sensor(index).name: model.sensor_cutoff[index] for index in range(model.nsensor)}
     assert [name for name in cutoffs if name.startswith("range_")] == [f"range_{index:02d}" for index in range(40)]
     assert {cutoff for name, cutoff in cutoffs.items() if name.startswith("range_")} == {constants.MAX_RANGE}

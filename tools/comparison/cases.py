@@ -34,6 +34,7 @@ class Case:
     episodes: int
     controller: ControllerConfig = field(default_factory=ControllerConfig)
     planner: PlannerConfig = field(default_factory=PlannerConfig)
+    robot: str | None = None
 
     @property
     def options(self) -> dict[str, Any]:
@@ -65,13 +66,15 @@ class Case:
             task=room or self.rooms[0],
             controller=controller,
             planner=self.planner,
+            robot=self.robot,
             out=str(folder),
         )
         return set_up_driver(config, "evaluate", SEED)
 
     def pairs(self, setup: DriverSetup, room: str | None = None) -> tuple[Pair, ...]:
         """The pairs to drive in a room, or in the first."""
-        return stored_pairs(room or self.rooms[0], "test", setup.config.task.goal_radius, self.episodes)
+        task = setup.config.task
+        return stored_pairs(room or self.rooms[0], "test", task.goal_radius, self.episodes, task.robot)
 
     def conditions(self, setup: DriverSetup) -> dict[str, Any]:
         """All that decides what the episodes are, but for the versions of the packages."""

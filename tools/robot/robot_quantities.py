@@ -12,6 +12,8 @@ import mujoco
 import numpy as np
 
 from tasks.physics import FloatArray
+from tasks.robots.drive import Drive
+from tasks.robots.opening import DrivenSpeeds
 from tasks.room_geometry.footprints import Footprint, colliding_robot_geoms
 from tasks.room_geometry.geom_shapes import extent
 
@@ -45,10 +47,10 @@ class RobotQuantities:
         mujoco.mj_forward(model, self._data)
         self._bodies = [int(body) for body in np.flatnonzero(model.body_rootid == self._base)]
         self._solid = colliding_robot_geoms(model)
-        self._joint = int(model.actuator("left_wheel").trnid[0])
+        self._drive_read = Drive.from_model(model)
+        self._joint = self._drive_read.wheels[0].joint
         self._axle: FloatArray = self._data.xanchor[self._joint]  # m
-        joints = [model.actuator(f"{side}_wheel").trnid[0] for side in ("left", "right")]
-        self._wheels = [self._lowest([int(model.jnt_bodyid[joint])]) for joint in joints]
+        self._wheels = [self._lowest([int(model.jnt_bodyid[wheel.joint])]) for wheel in self._drive_read.wheels]
         self.sections: dict[str, Section] = {
             "mass": self._mass(),
             **self._drive(),
@@ -74,10 +76,8 @@ class RobotQuantities:
         }
 
     def _drive(self) -> dict[str, Section]:
-        actuator = self._model.actuator("left_wheel")
-        radius = float(self._axle[2]) - self._extent([self._wheels[0]], "z")[0]
-        track = float(abs(np.diff(self._data.geom_xpos[self._wheels, 1])[0]))
-        speed = float(actuator.ctrlrange[1]) if actuator.ctrllimited[0] else np.inf
+        wheel, radius, track = self._drive_read.wheels[0], self._drive_read.radius, self._drive_read.track
+        actuator, speed = self._model.actuator(wheel.actuator), wheel.speed_limit
         torque, inertia, friction = self._torque_limit(), self._spin_inertia(), self._friction()
         rolling_mass = float(self._model.body_subtreemass[self._base]) + 2 * inertia / radius**2
         grip, share = friction * abs(float(self._model.opt.gravity[2])), self._load_on_wheels()
@@ -105,7 +105,7 @@ class RobotQuantities:
 
     def _torque_limit(self) -> float:
         """Largest torque on the wheel, N·m: actuator, its gear and joint together; infinite where not limited."""
-        actuator = self._model.actuator("left_wheel")
+        actuator = self._model.actuator(self._drive_read.wheels[0].actuator)
         by_actuator = abs(actuator.gear[0]) * actuator.forcerange[1] if actuator.forcelimited[0] else np.inf
         is_limited = self._model.jnt_actfrclimited[self._joint]
         return float(min(by_actuator, self._model.jnt_actfrcrange[self._joint][1] if is_limited else np.inf))
@@ -130,11 +130,16 @@ class RobotQuantities:
         return 1.0 if caster is None else float((centre[0] - caster[0]) / (self._axle[0] - caster[0]))
 
     def _caster_contact(self) -> FloatArray | None:
-        """The caster's contact point, (3,) m; None where no body with a solid geom is named caster."""
-        bodies = [body for body in self._bodies if "caster" in self._model.body(body).name]
-        if not np.isin(self._model.geom_bodyid[self._solid], bodies).any():
+        """The caster's contact point, (3,) m; None where no solid geom, nor its body, is named caster."""
+        model = self._model
+        casters = [
+            geom
+            for geom in self._solid
+            if "caster" in model.geom(geom).name or "caster" in model.body(model.geom_bodyid[geom]).name
+        ]
+        if not casters:
             return None
-        lowest = self._lowest(bodies)
+        lowest = min(casters, key=lambda geom: self._extent([geom], "z")[0])
         return np.array([*self._data.geom_xpos[lowest][:2], self._extent([lowest], "z")[0]])
 
     def _footprint(self) -> Section:
@@ -201,6 +206,15 @@ class RobotQuantities:
         """The lowest solid geom of some bodies."""
         geoms = [geom for geom in self._solid if self._model.geom_bodyid[geom] in bodies]
         return min(geoms, key=lambda geom: self._extent([geom], "z")[0])
+
+
+def driven_section(speeds: DrivenSpeeds) -> Section:
+    """What a robot drives on an empty floor, beside what was commanded."""
+    names, units = ("straight on", "on the spot"), ("m/s", "rad/s")
+    return {
+        name: Quantity(driven, unit, f"{command:.4g} {unit} commanded: {100 * (driven / command - 1):+.2f} %")
+        for name, unit, command, driven in zip(names, units, *speeds, strict=True)
+    }
 
 
 def _prefix(name: str) -> str:

@@ -1,31 +1,43 @@
-"""The scene argument of tools: a task's scene, the robot alone, a room, or any MJCF file."""
+"""The arguments scene and robot of tools: a task's scene, a robot alone, a room, or any MJCF file."""
 
 from pathlib import Path
+from typing import Any
 
 import mujoco
 
 import tasks
-from tasks.options import Range
+from tasks.options import Range, option
 from tasks.registry import task_model
+from tasks.robots.names import PIONEER, ROBOTS, SHIPPED
+from tasks.robots.opening import load_robot
 from tasks.rooms.reading import ROOMS, is_room
-from tasks.scene.loading import MODELS, load_model, scene_path
+from tasks.scene.loading import MODELS, load_model
 
-ROBOT = "pioneer"
-ROBOT_SCENE = MODELS / "pioneer" / "scene.xml"
+PIONEER_SCENE = MODELS / "pioneer" / "scene.xml"
 SCENE = Range(
-    lambda name: name in (*tasks.ALL_TASKS, ROBOT) or is_room(name),
-    f"{', '.join(tasks.ALL_TASKS)}, {ROBOT}, a path to an .xml scene, or {ROOMS}",
+    lambda name: name in (*tasks.ALL_TASKS, *SHIPPED) or is_room(name),
+    f"{', '.join((*tasks.ALL_TASKS, *SHIPPED))}, a path to an .xml scene, or {ROOMS}",
 )
 
 
-def scene_model(name: str) -> mujoco.MjModel:
-    """The compiled scene that SCENE includes; an MJCF file as it is, with or without a robot.
+def robot_option() -> Any:
+    """The field `robot`."""
+    return option(PIONEER, f"The robot: {ROBOTS}.")
+
+
+def scene_model(name: str, robot: str = PIONEER) -> mujoco.MjModel:
+    """The compiled scene that SCENE includes; with the Pioneer an MJCF file as it is, with or without a robot.
+
+    Args:
+        name: of the scene; a robot's is the robot alone.
+        robot: that is in it.
 
     Raises:
         TaskError: it cannot be read.
     """
-    if name in tasks.ALL_TASKS:
-        return load_model(scene_path(name))
-    if name == ROBOT:
-        return load_model(ROBOT_SCENE)
-    return load_model(Path(name)) if name.endswith(".xml") else task_model(name)
+    if name in SHIPPED:
+        alone = name if robot == PIONEER else robot
+        return load_model(PIONEER_SCENE) if alone == PIONEER else load_robot(alone).model.ptr
+    if name.endswith(".xml") and robot == PIONEER:
+        return load_model(Path(name))
+    return task_model(name, robot=robot)

@@ -33,6 +33,17 @@ def begin(stage: Stage, *targets: tuple[float, float], start: Pose = START) -> t
     return stage.missions.reset(options={"mission": Mission(start, targets, seed=1)})
 
 
+def test_a_far_target_is_observed_at_the_tasks_goal_range(stage: Stage, monkeypatch: pytest.MonkeyPatch) -> None:
+    target = (2.4, -1.8)
+    Belief(stage, START)
+    whole, _ = begin(stage, target)
+    monkeypatch.setattr(stage.environment.task.config, "goal_range", 1.0)
+    near, _ = begin(stage, target)
+    assert whole[-2:] == pytest.approx(target, abs=0.01)
+    assert near[-2:] == pytest.approx((0.8, -0.6), abs=0.01)
+    np.testing.assert_array_equal(near[:-2], whole[:-2])
+
+
 # Targets ----------------------------------------------------------------------------------------------------------
 
 

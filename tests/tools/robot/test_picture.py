@@ -14,7 +14,7 @@ from tools import picture
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [
-        ([], "SCENE is missing: a task, pioneer"),
+        ([], "SCENE is missing: a task, a robot"),
         (["nav_empty", "size=12"], "size must be as in 1280x800"),
         (["nav_empty", "size=9000x10"], "at most 4096x4096 px"),
         (["nav_empty", "file=here.txt"], r"a path that ends in \.png or \.jpg"),
@@ -27,7 +27,8 @@ def test_invalid_arguments_are_one_sentence(arguments: list[str], expected: str)
 
 def test_scenes_and_cameras_that_do_not_exist_list_those_that_do() -> None:
     with pytest.raises(
-        UserError, match="scene must be nav_empty, .*pioneer, a path to an .xml scene, or a file .*not 'nav_foo'"
+        UserError,
+        match="scene must be nav_empty, .*pioneer, turtlebot3_burger, .*or a file .*not 'nav_foo'",
     ):
         picture.main(["nav_foo"])
     with pytest.raises(TaskError, match=r"there is no scene file none\.xml"):

@@ -12,19 +12,19 @@ from tasks.room_geometry.geom_shapes import extent
 from tasks.scene.loading import load_model, open_scene
 from tools import robot_figures
 from tools.robot.robot_quantities import RobotQuantities
-from tools.robot.scene_argument import ROBOT_SCENE
+from tools.robot.scene_argument import PIONEER_SCENE
 
 
 def measure(scene: str | None = None) -> dict[str, dict[str, Any]]:
     """The values of all quantities, of the project's robot or of a scene, by section and name."""
-    model = mujoco.MjModel.from_xml_string(scene) if scene else load_model(ROBOT_SCENE)
+    model = mujoco.MjModel.from_xml_string(scene) if scene else load_model(PIONEER_SCENE)
     sections = RobotQuantities(model).sections
     return {title: {name: quantity.value for name, quantity in part.items()} for title, part in sections.items()}
 
 
 def test_mass_and_inertia_are_those_of_the_free_joints_block_of_the_mass_matrix() -> None:
     found = measure()["mass"]
-    physics = open_scene(ROBOT_SCENE)  # in its keyframe's pose, which is the reference
+    physics = open_scene(PIONEER_SCENE)  # in its keyframe's pose, which is the reference
     model = physics.model.ptr
     matrix = np.zeros((model.nv, model.nv))
     mujoco.mj_fullM(model, physics.data.ptr, matrix)
@@ -43,7 +43,7 @@ def test_mass_and_inertia_are_those_of_the_free_joints_block_of_the_mass_matrix(
 
 def test_speed_and_turn_rate_are_what_the_robot_does_with_its_wheels_at_the_limit() -> None:
     found = measure()
-    physics = open_scene(ROBOT_SCENE)
+    physics = open_scene(PIONEER_SCENE)
     limit = found["drive"]["wheel speed limit"]
     for commands, quantity, reading in (((limit, limit), "speed", 0), ((-limit, limit), "turn rate", 1)):
         physics.reset()

@@ -12,9 +12,21 @@ from tasks.registry import make_rule
 from tasks.scene.loading import open_scene, robot_physics
 from tools import teleop
 from tools.robot import viewer
-from tools.robot.scene_argument import ROBOT_SCENE, scene_model
-from tools.robot.teleop_keys import ANGULAR_STEP, BACKSPACE, DOWN, LEFT, LINEAR_STEP, RIGHT, SPACE, UP, next_command
+from tools.robot.scene_argument import PIONEER_SCENE, scene_model
+from tools.robot.teleop_keys import (
+    ANGULAR_PRESSES,
+    BACKSPACE,
+    DOWN,
+    LEFT,
+    LINEAR_PRESSES,
+    RIGHT,
+    SPACE,
+    UP,
+    next_command,
+)
 from tools.teleop import TeleopSession
+
+LINEAR_STEP, ANGULAR_STEP = MAX_LINEAR_VELOCITY / LINEAR_PRESSES, MAX_ANGULAR_VELOCITY / ANGULAR_PRESSES
 
 
 def start_session(task: str) -> TeleopSession:
@@ -59,6 +71,21 @@ def test_commands_stay_within_the_limits_and_come_back_to_rest(key: int, back: i
     assert presses in (5, 6)
 
 
+def test_another_robot_is_driven_within_its_own_limits(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    driven: list[TeleopSession] = []
+    monkeypatch.setattr(teleop, "check_screen", lambda: None)
+    monkeypatch.setattr(teleop, "drive", driven.append)
+    teleop.main(["nav_simple", "robot=turtlebot3_burger"])
+    assert "0.044 m/s a press" in capsys.readouterr().out
+    (session,) = driven
+    for _ in range(7):
+        session.press(UP)
+    session.advance(50)
+    assert session.status()["v"] == "+0.22 m/s, command +0.22"
+
+
 def test_keys_drive_the_robot_into_a_crash_and_backspace_resets_it() -> None:
     driven = start_session("nav_complex")
     goal = driven.physics.goal()
@@ -81,7 +108,7 @@ def test_keys_drive_the_robot_into_a_crash_and_backspace_resets_it() -> None:
 
 
 def test_the_robots_own_scene_begins_in_its_keyframe() -> None:
-    driven = TeleopSession(open_scene(ROBOT_SCENE))
+    driven = TeleopSession(open_scene(PIONEER_SCENE))
     assert driven.status()["to the goal"] == "2.00 m"
 
 
@@ -101,7 +128,7 @@ def test_a_scene_without_the_robot_gets_one(
     path = tmp_path / "ball.xml"
     path.write_text("<mujoco><worldbody><geom size='1' name='ball'/></worldbody></mujoco>")
     teleop.main([str(path)])
-    assert f"{path} has no Pioneer: one is put into it" in capsys.readouterr().out
+    assert f"{path} has no robot: the Pioneer is put into it" in capsys.readouterr().out
     (session,) = driven
     assert session.physics.model.geom("ball").id >= 0
     x, y, _ = session.physics.pose()
