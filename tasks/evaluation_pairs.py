@@ -28,6 +28,7 @@ CELL, ROOM_CELL = 0.05, 0.1  # m; of a room that is a file or is generated: its 
 MOST_CELLS = 500_000  # of a large room cells grow with it: a search takes a second and half a gigabyte
 SEED = 2018  # of the pairs in generated rooms
 EVALUATED_GOALS = (1.5, 10.0)  # m from start to goal as the crow flies, in generated rooms
+LONGEST = 10.0  # m, of the shortest path there: an episode lasts 20 m at full speed
 ROBOT_RADIUS = 0.19  # m: half the Pioneer's width, to the centimetre: the space for driving straight through a gap
 
 
@@ -45,13 +46,15 @@ def fresh_pairs(
 
 
 def draw_room_pairs(room_name: str, count: int, goal_radius: float) -> tuple[Pair, ...]:
-    """Pairs of task=nav_anywhere in a generated room, which follow from its name."""
+    """Pairs of task=nav_anywhere in a generated room, which follow from its name; their paths are bounded too."""
     rng = np.random.default_rng([SEED, *room_name.encode()])
     room = find_room(room_name)
-    rule = GeneratedRoomRule(room, EVALUATED_GOALS, is_open(room_name))
-    drawn = [rule.draw(rng, np.zeros((0, 2))) for _ in range(count)]
-    pairs = [replace(_round_pair(start, goal), room=room_name) for start, goal in drawn]
-    return find_paths(pairs, compile_room(room), goal_radius, ROOM_CELL)
+    rule, model = GeneratedRoomRule(room, EVALUATED_GOALS, is_open(room_name)), compile_room(room)
+    pairs: list[Pair] = []
+    while len(pairs) < count:
+        drawn = replace(_round_pair(*rule.draw(rng, np.zeros((0, 2)))), room=room_name)
+        pairs += [each for each in find_paths([drawn], model, goal_radius, ROOM_CELL) if each.shortest_path <= LONGEST]
+    return tuple(pairs)
 
 
 def _round_pair(start: Pose, goal: tuple[float, float]) -> Pair:
