@@ -18,11 +18,10 @@ from tasks.room_geometry.footprints import Footprint
 from tasks.room_geometry.grid import Grid
 from tasks.room_geometry.held_out import Pair, SetName, held_out_goals, held_out_pairs
 from tasks.room_geometry.obstacles import Obstacles
-from tasks.rooms.changing_room import FIRST_NUMBER, GENERATED, LAST_NUMBER, GeneratedRoomRule, is_open
+from tasks.rooms.changing_room import FIRST_NUMBER, GENERATED, LAST_NUMBER, GeneratedRoomRule, is_open, turning_radius
 from tasks.rooms.pairs import SIZES, draw_sets, room_digest
 from tasks.rooms.reading import find_room
 from tasks.rooms.room_rule import RoomRule
-from tasks.rooms.scene import compile_room
 
 CELL, ROOM_CELL = 0.05, 0.1  # m; of a room that is a file or is generated: its paths are not stored
 MOST_CELLS = 500_000  # of a large room cells grow with it: a search takes a second and half a gigabyte
@@ -39,17 +38,18 @@ def fresh_pairs(
     if task_name == ANYWHERE:
         numbers = [int(number) for number in rng.integers(FIRST_NUMBER, LAST_NUMBER + 1, count)]
         rooms = [f"{GENERATED[index % len(GENERATED)]}:{number}" for index, number in enumerate(numbers)]
-        return tuple(pair for room in rooms for pair in draw_room_pairs(room, 1, goal_radius))
+        return tuple(pair for room in rooms for pair in draw_room_pairs(room, 1, goal_radius, robot))
     if find_task(task_name) is OWN_ROOM:
         return draw_pairs(task_name, rng, count, goal_radius, np.zeros((0, 2)), ROOM_CELL, robot)
     return draw_pairs(task_name, rng, count, goal_radius, held_out_goals(task_name), robot=robot)
 
 
-def draw_room_pairs(room_name: str, count: int, goal_radius: float) -> tuple[Pair, ...]:
+def draw_room_pairs(room_name: str, count: int, goal_radius: float, robot: str = PIONEER) -> tuple[Pair, ...]:
     """Pairs of task=nav_anywhere in a generated room, which follow from its name; their paths are bounded too."""
     rng = np.random.default_rng([SEED, *room_name.encode()])
     room = find_room(room_name)
-    rule, model = GeneratedRoomRule(room, EVALUATED_GOALS, is_open(room_name)), compile_room(room)
+    model = task_model(room_name, robot=robot)
+    rule = GeneratedRoomRule(room, EVALUATED_GOALS, is_open(room_name), turning_radius(robot, model))
     pairs: list[Pair] = []
     while len(pairs) < count:
         drawn = replace(_round_pair(*rule.draw(rng, np.zeros((0, 2)))), room=room_name)

@@ -1,7 +1,7 @@
 """The tasks by name, and how to load one."""
 
 import reprlib
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial
 from typing import Any, TypeVar
@@ -94,6 +94,7 @@ def load(
     rule: PairRule
     if task_name == ANYWHERE:
         radius = turning_radius(config.robot, physics.model.ptr)
+        _check_mixture(config.rooms)
         rule = ChangingRoom(config.rooms, partial(_find_task_room, robot=config.robot), radius)
     else:
         rule = make_rule(task_name, physics.model.ptr)
@@ -158,11 +159,19 @@ def _held_out(task_name: str, rule: PairRule) -> FloatArray:
     return np.array([pair.goal for pairs in sets.values() for pair in pairs]).reshape(-1, 2)
 
 
+def _check_mixture(names: Sequence[str]) -> None:
+    """TaskError where task.rooms names something else than generators and tasks of one room."""
+    valid = (*GENERATORS, *ROOM_TASKS)
+    wrong = [name for name in names if name not in valid]
+    if wrong or not names:
+        found = f", not {reprlib.repr(wrong[0])}" if wrong else ""
+        raise TaskError(f"rooms of {ANYWHERE} are {', '.join(valid)}{found}")
+
+
 @cache
 def _find_task_room(name: str, robot: str) -> tuple[PairRule, FloatArray, Room]:
     """Rule, held-out goals and room of a task, for task=nav_anywhere."""
-    if name not in DEFINITIONS:
-        raise TaskError(f"there is no room {name!r} for {ANYWHERE}; there are {', '.join((*GENERATORS, *DEFINITIONS))}")
+    _check_mixture([name])
     return make_rule(name, task_model(name, robot=robot)), held_out_goals(name), read_mjcf(scene_path(name))
 
 

@@ -20,8 +20,8 @@ from asddpg.messages import print_line
 from asddpg.options.help_text import help_text
 from asddpg.options.parsing import parse_arguments
 from asddpg.program import run
-from tasks import ALL_TASKS
 from tasks.options import NOT_NEGATIVE, POSITIVE, between, one_of, option
+from tasks.registry import ROOM_TASKS
 from tools.comparison.localization_drives import Drive, DriveOptions, drive
 
 FOUND_WITHIN, LAST_SECONDS = 0.3, 5.0  # m, s
@@ -35,7 +35,7 @@ class LocalizationArguments:
 
     drives: int = option(20, "Drives.", between(1, 1000))
     seconds: float = option(60.0, "Length of each, simulated.", POSITIVE)
-    task: str = option("nav_office", "The room.", one_of(*ALL_TASKS))
+    task: str = option("nav_office", "The room.", one_of(*ROOM_TASKS))
     unmapped: list[str] = option(
         ["sofa", "copier", "bench", "bookshelf", "carton"], "Obstacles that the map lacks.", NAMES
     )

@@ -10,9 +10,11 @@ import numpy as np
 from asddpg.config import MissionConfig, TaskConfig
 from asddpg.drivers.localized_robot import LocalizationOptions, LocalizedRobot
 from asddpg.drivers.room_map import draw_room_map
+from asddpg.errors import UserError
 from asddpg.missions.environment import Mission, Point
 from asddpg.planning.odometry import OdometryErrors
 from tasks.gymnasium_api.navigation_env import NavigationEnv
+from tasks.registry import ANYWHERE
 from tasks.room_geometry.obstacles import Obstacles, obstacle_names
 
 DRAWN_TARGETS, DRAWN_OBSTACLES = 5, 5
@@ -39,7 +41,13 @@ class MissionSetting:
         self._environment: NavigationEnv | None = None  # of the robot
 
     def prepare_task(self, task: TaskConfig) -> None:
-        """Leave it to the mission where an episode ends, and give the laser its noise."""
+        """Leave it to the mission where an episode ends, and give the laser its noise.
+
+        Raises:
+            UserError: the task has another room in each episode.
+        """
+        if task.name == ANYWHERE:
+            raise UserError(f"a mission needs one room, not {ANYWHERE}: task=nav_office, a file, or rooms:4")
         task.goal_radius, task.time_limit_steps, task.laser.noise = 0.0, ENDLESS, self._config.noise
 
     def make_robot(self, environment: NavigationEnv) -> LocalizedRobot:

@@ -11,7 +11,7 @@ import numpy as np
 from tasks.constants import CONTROL_TIMESTEP, TRACK, WHEEL_RADIUS
 from tasks.laser import BeamRing
 from tasks.physics import FloatArray
-from tasks.registry import ALL_TASKS, load, make_rule
+from tasks.registry import ROOM_TASKS, load, make_rule
 from tasks.room_geometry.held_out import held_out_goals
 from tasks.scene.loading import load_model, scene_path
 
@@ -49,15 +49,15 @@ def laser() -> None:
 
 def rooms() -> None:
     """Print the cost of a control step in each room, the robot turning on the spot, against nav_complex."""
-    seconds = _measure_costs({name: _control_step(name, 40) for name in ALL_TASKS})
-    for name in ALL_TASKS:
+    seconds = _measure_costs({name: _control_step(name, 40) for name in ROOM_TASKS})
+    for name in ROOM_TASKS:
         ratio = np.median(seconds[name] / seconds["nav_complex"])
         print(f"{name}: {np.median(seconds[name]) * 1e6:.0f} us a control step, {ratio:.2f} times nav_complex")
 
 
 def reset() -> None:
     """Print the cost of a reset with a new start and goal, and the part of drawing them."""
-    for name in ALL_TASKS:
+    for name in ROOM_TASKS:
         begun = time.perf_counter()
         environment = load(name, random=0)
         loaded = time.perf_counter() - begun

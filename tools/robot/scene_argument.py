@@ -5,9 +5,8 @@ from typing import Any
 
 import mujoco
 
-import tasks
 from tasks.options import Range, option
-from tasks.registry import task_model
+from tasks.registry import ROOM_TASKS, task_model
 from tasks.robots.names import PIONEER, ROBOTS, SHIPPED
 from tasks.robots.opening import load_robot
 from tasks.rooms.reading import ROOMS, is_room
@@ -15,8 +14,8 @@ from tasks.scene.loading import MODELS, load_model
 
 PIONEER_SCENE = MODELS / "pioneer" / "scene.xml"
 SCENE = Range(
-    lambda name: name in (*tasks.ALL_TASKS, *SHIPPED) or is_room(name),
-    f"{', '.join((*tasks.ALL_TASKS, *SHIPPED))}, a path to an .xml scene, or {ROOMS}",
+    lambda name: name in (*ROOM_TASKS, *SHIPPED) or is_room(name),
+    f"{', '.join((*ROOM_TASKS, *SHIPPED))}, a path to an .xml scene, or {ROOMS}",
 )
 
 
