@@ -17,6 +17,7 @@ from shapely import affinity
 
 from tasks.errors import TaskError
 from tasks.evaluation_pairs import ROBOT_RADIUS
+from tasks.physics import Pose
 from tasks.room_geometry.footprints import Footprint
 from tasks.room_geometry.obstacles import Obstacles
 from tasks.room_geometry.start_goal import MARGIN, FreeSpaceRule
@@ -25,10 +26,11 @@ from tasks.rooms.generators.catalogue import GENERATORS, generated_room
 from tasks.rooms.generators.connected import MOST_OBSTACLES, TURNING_RADIUS, draw_connected, largest_share
 from tasks.rooms.room import Obstacle, Room, Shape, box, cylinder
 from tasks.rooms.scene import compile_room
+from tasks.scene.loading import robot_physics
 from tests.conftest import ROOT
 from tests.support.small_rooms import free_pieces
 
-WALLED = tuple(name for name in GENERATORS if name not in ("cylinders", "open"))
+WALLED = tuple(name for name in GENERATORS if name not in ("cylinders", "open", "bare"))
 LASER_RANGE = 5.6  # m
 many = pytest.mark.parametrize("number", range(20))
 
@@ -368,3 +370,15 @@ def test_open_floors_have_from_no_thing_to_three() -> None:
 
 def test_half_the_width_and_5_cm_is_the_clearance_of_fields() -> None:
     assert pytest.approx(0.24, abs=0.005) == ROBOT_RADIUS + 0.05
+
+
+@many
+def test_nothing_is_in_sight_of_a_bare_floor_between_start_and_goal(number: int) -> None:
+    room = generated_room("bare", number)
+    [(start, goal)] = room.pairs
+    assert 1.5 <= np.hypot(*goal) <= 8.0
+    physics = robot_physics(compiled("bare", number), "bare")
+    for share in (0.0, 0.5, 1.0):
+        with physics.reset_context():
+            physics.set_pose(Pose(share * goal[0], share * goal[1], start.yaw))
+        assert physics.ranges().min() == physics.max_range
