@@ -31,7 +31,7 @@ GROUPS: Mapping[str, Mapping[str, str]] = {
         "nav_complex": "the paper's complex room; sparse reward, 100,000 steps",
         "nav_gazebo": "a room of tables and chairs; sparse reward, 150,000 steps",
         "nav_office": "a floor of an office; sparse reward, 150,000 steps",
-        "nav_anywhere": "another room in each episode; sparse reward, 300,000 steps",
+        "nav_anywhere": "another room in each episode; sparse reward, 400,000 steps",
     },
     "agent": {
         "asddpg": "AsDDPG with this project's cures",
