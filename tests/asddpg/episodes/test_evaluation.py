@@ -12,7 +12,7 @@ from asddpg.episodes.intervals import mean, rate
 from asddpg.episodes.protocols import Decision, Driver, Episode, Observation
 from tasks import ALL_TASKS
 from tasks.evaluation_pairs import stored_pairs
-from tasks.registry import DEFINITIONS
+from tasks.registry import find_task
 from tasks.rewards import REWARDS
 from tasks.room_geometry.held_out import held_out_pairs
 
@@ -77,6 +77,6 @@ def test_another_goal_radius_shortens_the_shortest_paths() -> None:
 
 def test_a_training_earns_the_rewards_of_the_tasks() -> None:
     for name in ALL_TASKS:
-        assert train_config([f"task={name}"]).reward == REWARDS[DEFINITIONS[name].reward]
+        assert train_config([f"task={name}"]).reward == REWARDS[find_task(name).reward]
     for name, reward in REWARDS.items():
         assert train_config([f"reward={name}"]).reward == reward

@@ -158,7 +158,7 @@ def test_an_interrupt_ends_it_cleanly(tmp_path: Path) -> None:
         (["drivers=[]"], "drivers must be one driver or more"),
         ([], "drivers= is missing"),
         (["drivers=[controller]", "tasks=[nav_moon]"], "tasks must be one or more of nav_empty, .*, not .*nav_moon"),
-        (["drivers=[controller]", "episodes=201"], "episodes must be from 1 to 200, the size of the stored test set"),
+        (["drivers=[controller]", "episodes=1001"], "episodes must be from 1 to 1000, the size of the stored test set"),
         (["drivers=[controller]", "baseline=random"], "baseline must be one of drivers, controller, not 'random'"),
         (["drivers=[random]", "controller.gains=[2,1]"], "controller.gains is for the drivers controller and"),
         (["drivers=[controller]", "planner.map=built"], r"planner.\* is for move_base"),
