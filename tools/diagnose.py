@@ -10,7 +10,7 @@ from dataclasses import MISSING, dataclass
 from pathlib import Path
 
 from asddpg.algorithm.agent import AsDDPG
-from asddpg.build import make_agent, make_environment, prepare_torch
+from asddpg.build import make_agent, make_environment, navigation_env, prepare_torch
 from asddpg.errors import UserError, import_extra
 from asddpg.messages import print_line
 from asddpg.options.help_text import help_text
@@ -23,7 +23,9 @@ from asddpg.runs.provenance import environment_hash
 from asddpg.runs.run_folder import RunFolder, open_run_folder, read_training, write_json
 from asddpg.runs.safe_loading import OURS
 from tasks.evaluation_pairs import stored_pairs
+from tasks.gymnasium_api.navigation_env import NavigationEnv
 from tasks.options import between, option
+from tasks.room_geometry.obstacles import Obstacles
 from tools.diagnosis.run_diagnosis import Examiner, to_json
 from tools.diagnosis.training_metrics import read_training_metrics
 
@@ -73,8 +75,13 @@ def main(arguments: Sequence[str]) -> None:
         write_json(folder.diagnosis / "diagnosis.json", to_json(examiner.diagnosis))
         from tools.diagnosis.plots import draw  # only here: --help needs no matplotlib
 
-        draw(examiner.diagnosis, environment.get_wrapper_attr("obstacles"), examiner.by_actor, folder.diagnosis)
+        draw(examiner.diagnosis, _mapped_obstacles(navigation_env(environment)), examiner.by_actor, folder.diagnosis)
     print_line(f"written to {folder.diagnosis}")
+
+
+def _mapped_obstacles(environment: NavigationEnv) -> Obstacles:
+    """Of the room; none where each episode has another, whose places lie over one another on the map."""
+    return environment.obstacles if environment.task.room is None else Obstacles((), (-10.0, -10.0), (10.0, 10.0))
 
 
 def list_weights(folder: RunFolder, agent: AsDDPG, every: int) -> list[Path]:

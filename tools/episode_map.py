@@ -56,7 +56,7 @@ def _run_again(files: Sequence[Path], size: int) -> tuple[list[DrivenPath], MapV
     tasks = set()
     for file in files:
         states = EpisodeStates(open_recording(file))
-        tasks.add(states.config.task.name)
+        tasks.add(states.recording.facts.get("room", states.config.task.name))
         if len(tasks) > 1:
             raise UserError(f"a map is of one room, and the recordings are of {' and '.join(sorted(tasks))}")
         paths.append(read_path(states))

@@ -331,12 +331,13 @@ def _make_envs(tasks: Sequence[str], kwargs: Mapping[str, Any]) -> list[Navigati
 
 
 def _stack_values(rows: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
-    """Mappings of equal keys as one of arrays: text as objects, nested ones likewise."""
+    """Mappings as one of arrays, by the keys that all have: text as objects, nested ones likewise."""
     return {
         key: _stack_values([row[key] for row in rows])
         if isinstance(value, Mapping)
         else np.array([row[key] for row in rows], dtype=object if isinstance(value, str) else None)
         for key, value in rows[0].items()
+        if all(key in row for row in rows)
     }
 
 

@@ -12,7 +12,7 @@ from tasks.errors import TaskError
 from tasks.gymnasium_api.navigation_env import NavigationEnv
 from tasks.rooms.changing_room import FIRST_NUMBER, GENERATED
 from tests.support.room_files import QUICK_TRAINING
-from tools import compare
+from tools import compare, episode_map
 
 
 @pytest.fixture(scope="module")
@@ -80,6 +80,15 @@ def test_wrong_mixtures_are_named(arguments: list[str], sentence: str, tmp_path:
     with pytest.raises((UserError, TaskError), match=sentence):
         train.main(["task=nav_anywhere", *QUICK_TRAINING, f"run_dir={tmp_path / 'run'}", *arguments])
     assert not (tmp_path / "run").exists()
+
+
+def test_a_map_shows_one_room(tmp_path: Path) -> None:
+    play.main(["agent=controller", "task=nav_anywhere", "episodes=2", "seed=1", f"out={tmp_path}"])
+    with pytest.raises(UserError, match="a map is of one room, and the recordings are of .+ and "):
+        episode_map.main([str(tmp_path / "played_episodes"), f"file={tmp_path / 'map.png'}"])
+    one = sorted((tmp_path / "played_episodes").iterdir())[0]
+    episode_map.main([str(one), f"file={tmp_path / 'map.png'}"])
+    assert (tmp_path / "map.png").exists()
 
 
 def test_a_mission_needs_one_room(tmp_path: Path) -> None:
