@@ -83,7 +83,9 @@ def _drive_episodes(
         episode = run_episode(setup.environment, driver, observers)
         recorded = f", {recorder.last}" if recorder.files > files else ""
         driven = f"{episode.outcome} after {episode.steps} steps, return {episode.total_reward:.2f}"
-        print_line(f"episode {number}: {driven}, controller {100 * episode.controller_share:.0f} %{recorded}")
+        room = navigation_env(setup.environment).task.room
+        place = f" in {room}" if room else ""
+        print_line(f"episode {number}{place}: {driven}, controller {100 * episode.controller_share:.0f} %{recorded}")
 
 
 if __name__ == "__main__":
