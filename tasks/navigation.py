@@ -78,7 +78,7 @@ class NavigationConfig:
             raise TaskError(f"min_linear_velocity must be {limit}, not {self.min_linear_velocity}")
 
     def _limit_speeds(self) -> None:
-        """Hold the largest speeds against the robot's limits, and take those of the robot where there are none."""
+        """Hold the largest speeds against the robot's limits, and take those of the robot in place of FOLLOW."""
         self.robot = full_robot_name(self.robot)
         limits = open_robot(self.robot)
         for name, unit, own, usual, bound in zip(
@@ -161,9 +161,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
 
     def initialize_episode(self, physics: Physics) -> None:
         """Place robot and goal."""
-        if isinstance(self.rule, ChangingRoom) and self._next_pair is None:
-            self.rule.enter(physics, self.rule.draw_name(self.rng))
-        self.start, goal = self._next_pair or self.rule.draw(self.rng, self._held_out)
+        self.start, goal = self._next_pair or self._draw_pair(physics)
         self.vary(physics, self._next_variation or self.config.variation.draw(self.rng))
         self._next_pair = self._next_variation = None
         physics.set_pose(self.start)
@@ -171,6 +169,12 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         self.laser.begin_episode(physics, *self.variation[:3])
         self.readings = physics.readings()
         self._reset_episode()
+
+    def _draw_pair(self, physics: Physics) -> tuple[Pose, tuple[float, float]]:
+        """A start and a goal; where the room changes with each episode, in another one."""
+        if isinstance(self.rule, ChangingRoom):
+            return self.rule.enter_drawn(physics, self.rng)
+        return self.rule.draw(self.rng, self._held_out)
 
     def vary(self, physics: Physics, variation: Variation) -> None:
         """Change friction and mass, at the beginning of an episode; its laser has the variation's faults too."""

@@ -13,15 +13,12 @@ from torch.optim import Adam
 from asddpg.algorithm.flat import FlatParameters
 from asddpg.algorithm.losses import Batch, PolicyTerms, TargetRule, bellman_targets, critic_dqn_loss, policy_loss
 from asddpg.algorithm.networks import CONTROLLER, POLICY, Networks
-from asddpg.algorithm.schedules import learning_rate_scale
+from asddpg.algorithm.schedules import learning_rate_scale, smoothness_scale
 
 if TYPE_CHECKING:  # asddpg.config imports tasks, and with it mujoco, which an agent does without
     from asddpg.config import AgentConfig
 
 Losses = Mapping[str, Tensor]  # losses and TD errors of one update
-
-
-SMOOTHNESS_GROWS = (0.2, 0.6)  # share of training at which its weight begins to grow, and is full
 
 
 class Learner:
@@ -56,7 +53,7 @@ class Learner:
         self.networks = networks.to(device)
         self.target = copy.deepcopy(self.networks).requires_grad_(False)
         self._config, self._total_steps = config, total_steps
-        self._policy_terms = PolicyTerms(config.imitation, config.saturation, config.smoothness)
+        self._policy_terms = PolicyTerms(config.imitation, config.saturation)
         self._critic_dqn, self._policy = _flatten(self.networks)
         self._target_critic_dqn, self._target_policy = _flatten(self.target)
         self._critic_optimizer = Adam([self._critic_dqn.vector], lr=config.critic_learning_rate, fused=True)
@@ -164,10 +161,8 @@ class Learner:
         return TargetRule(self._config.gamma, self._config.critic_follows_switch, noise)
 
     def _raise_smoothness(self, steps: int) -> None:
-        """From the start it would keep a policy that has learned nothing as it is."""
-        begin, end = SMOOTHNESS_GROWS
-        share = min(max((steps / self._total_steps - begin) / (end - begin), 0.0), 1.0)
-        self._policy_terms = self._policy_terms._replace(smoothness=share * self._config.smoothness)
+        weight = smoothness_scale(steps, self._total_steps) * self._config.smoothness
+        self._policy_terms = self._policy_terms._replace(smoothness=weight)
 
     def _decay_learning_rates(self, steps: int) -> None:
         scale = learning_rate_scale(steps, self._total_steps, self._config.annealing)

@@ -1,4 +1,4 @@
-"""Schedules over a training: how the controller's assistance is withdrawn, and how the learning rates decay."""
+"""Schedules over a training: of the controller's withdrawal, the learning rates and the weight of smoothness."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -73,3 +73,12 @@ def learning_rate_scale(step: int, total_steps: int, share: float) -> float:
     if not share:
         return 1.0
     return min(1.0, max(0.0, 1.0 - step / total_steps) / share)
+
+
+SMOOTHNESS_GROWS = (0.2, 0.6)  # share of training at which its weight begins to grow, and is full
+
+
+def smoothness_scale(steps: int, total_steps: int) -> float:
+    """Factor on the smoothness's weight after some steps: at full weight a policy learns nothing in the beginning."""
+    begin, end = SMOOTHNESS_GROWS
+    return min(max((steps / total_steps - begin) / (end - begin), 0.0), 1.0)

@@ -219,6 +219,7 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
     def _reward(self, driven: BoolArray, previous_distance: FloatArray) -> None:
         """Terms of the rewards, as Reward.terms() computes those of one robot."""
         (progress, price, reach, crash, turn_price), outcomes = self._reward_constants, self._outcomes
+        has_turn_price = "turn" in self._terms
         on_the_way = driven & ((outcomes == _RUNNING) | (outcomes == _TIMEOUT))
         self._terms = {
             "progress": np.where(on_the_way, progress * (previous_distance - self._readings.distance), 0.0),
@@ -226,7 +227,7 @@ class NavigationVectorEnv(VectorEnv[Any, Any, Any]):
             "reach": np.where(outcomes == _REACHED, reach, 0.0),
             "crash": np.where(outcomes == _CRASHED, crash, 0.0),
         }
-        if "turn" in self.envs[0].task.reward.no_terms:
+        if has_turn_price:
             self._terms["turn"] = np.where(driven, -turn_price * self._turn_changes**2, 0.0)
 
     def _observe(self, driven: BoolArray) -> None:

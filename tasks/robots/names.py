@@ -50,7 +50,7 @@ def full_robot_name(name: str) -> str:
 
 
 def _split(name: str) -> tuple[str, tuple[str, ...]]:
-    """Path and wheels; no path where the name is none."""
+    """Path and wheels; no path for the name of a shipped robot."""
     if name in SHIPPED:
         return str(SHIPPED[name]), ()
     path, at, wheels = name.rpartition("@")

@@ -81,7 +81,7 @@ def _open(name: str, _changed: int, _size: int) -> SpeedLimits:
 
 
 def load_robot(name: str) -> Physics:
-    """A robot on an empty floor; TaskError where there is none of that name or its file holds none."""
+    """A robot on an empty floor; TaskError where no robot has that name or its file has no robot."""
 
     def prepare(spec: mujoco.MjSpec) -> None:
         replace_robot(spec, name)

@@ -1,6 +1,7 @@
 """A room for each episode: drawn by its number from a mixture of generators, written into the slots of one scene."""
 
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from math import pi
 from typing import Any
 
@@ -28,7 +29,7 @@ OPEN = ("open", "bare")  # generators whose floor has no bounds
 GENERATED = ("cylinders", "clutter", "legs", "corridors", "maze", "rooms", "open")
 MIXTURE = (*GENERATED, *GENERATED, "nav_complex", "nav_gazebo", "nav_office")
 TRAINED_GOALS = (0.5, 10.0)  # m from start to goal as the crow flies
-_MAX_DRAWS = 200
+_MAX_DRAWS, _MAX_ROOMS = 200, 20
 
 
 def is_open(name: str) -> bool:
@@ -50,17 +51,18 @@ class GeneratedRoomRule:
     """Starts and goals in a room that a generator drew, from its obstacles alone."""
 
     def __init__(
-        self, room: Room, distances: tuple[float, float], is_open: bool, radius: float = TURNING_RADIUS
+        self, room: Room, distances: tuple[float, float], has_own_pairs: bool, radius: float = TURNING_RADIUS
     ) -> None:
         """Prepare a room.
 
         Args:
             room: its obstacles.
             distances: metres from start to goal, least and greatest.
-            is_open: whether starts and goals are the room's own.
+            has_own_pairs: whether starts and goals are the room's own.
             radius: metres around starts and goals that are free, and that ways between them leave free.
         """
-        self._room, self._distances, self._is_open, self._radius = room, distances, is_open, radius
+        self._room, self._distances, self._radius = room, distances, radius
+        self._has_own_pairs = has_own_pairs
         self._rows = describe(room.obstacles)
 
     @property
@@ -75,7 +77,7 @@ class GeneratedRoomRule:
             TaskError: the room leaves none.
         """
         room = self._room
-        if self._is_open:
+        if self._has_own_pairs:
             return room.pairs[int(rng.integers(len(room.pairs)))]
         places = tuple(each[:2] for pair in room.pairs for each in pair)
         cells = divide_floor(room.obstacles, self._radius, places).largest()
@@ -157,8 +159,23 @@ class ChangingRoom:
         model.cam_pos[model.camera("top").id] = place_camera(*corners)
         self.name = name
 
+    def enter_drawn(self, physics: Physics, rng: np.random.Generator) -> tuple[Pose, Point]:
+        """Change to a room of the mixture, and draw a start and a goal in it.
+
+        Some rooms, one of very many, leave no such pair, and some numbers give no room: then another is drawn.
+
+        Raises:
+            TaskError: no room of many has them.
+        """
+        for _ in range(_MAX_ROOMS):
+            name = self.draw_name(rng)
+            with suppress(TaskError):
+                self.enter(physics, name)
+                return self.draw(rng, self._held_out)
+        raise TaskError(f"{_MAX_ROOMS} rooms leave the robot no start and goal; the last was {name}")
+
     def draw(self, rng: np.random.Generator, held_out: FloatArray) -> tuple[Pose, Point]:
-        """Draw a start and a goal in the present room."""
+        """Draw a start and a goal in the present room, away from the goals of its own evaluation sets."""
         assert self._rule is not None
         return self._rule.draw(rng, self._held_out)
 

@@ -235,6 +235,18 @@ def test_saturation_counts_beyond_three_before_tanh(seed: int) -> None:
     np.testing.assert_allclose(found - alone, expected, rtol=1e-5)
 
 
+@SEEDS
+def test_smoothness_is_the_squared_change_of_the_action_to_the_next_state(seed: int) -> None:
+    online, batch = make_networks(seed), make_batch(seed)
+    features, half = online.features(batch.x).detach(), online.policy_head.half_range
+    with torch.no_grad():
+        change = ((online.policy(batch.x_next) - online.policy(batch.x)) / half).numpy()
+    alone = policy_loss(batch, features, online).item()
+    found = policy_loss(batch, features, online, PolicyTerms(smoothness=0.5)).item()
+    assert found > alone
+    np.testing.assert_allclose(found - alone, 0.5 * np.mean(np.sum(change**2, axis=1)), rtol=1e-5)
+
+
 def test_a_policy_at_its_bounds_learns_again_with_the_saturation_loss_alone() -> None:
     """From outputs of 30 on tanh has no slope in float32: Eq. 5 by itself moves nothing."""
     for weight, learns in ((0.0, False), (0.01, True)):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from asddpg.algorithm.schedules import Withdrawal
+from asddpg.algorithm.schedules import Withdrawal, smoothness_scale
 from asddpg.config import WithdrawalConfig
 from asddpg.episodes.loop import run_episode
 from asddpg.episodes.protocols import Driver
@@ -83,3 +83,7 @@ def test_annealing_brings_adams_steps_to_zero_at_the_end() -> None:
     np.testing.assert_allclose(at, [1e-3, 0.5e-3, 0.0], atol=1e-5)
     run_episode(environment, OneAgent(agent))  # past its end training stands still, and does not climb the loss
     assert agent.learner._policy_optimizer.param_groups[0]["lr"] == 0.0
+
+
+def test_smoothness_waits_and_then_grows_to_its_full_weight() -> None:
+    assert [smoothness_scale(step, 100) for step in (0, 20, 40, 60, 100)] == pytest.approx([0.0, 0.0, 0.5, 1.0, 1.0])

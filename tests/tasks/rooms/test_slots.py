@@ -82,6 +82,17 @@ def test_every_room_of_the_tasks_has_its_slots() -> None:
         slots.fill([hull])
 
 
+def test_a_room_without_a_start_is_followed_by_another_and_nothing_but_such_rooms_end_in_a_sentence() -> None:
+    physics, rng = open_slots(), np.random.default_rng(0)
+    changing = ChangingRoom(["full", "full", "full", "bare"], no_task)  # type: ignore[arg-type]
+    for _ in range(5):
+        start, _ = changing.enter_drawn(physics, rng)
+        assert changing.name.startswith("bare:")
+        assert start[:2] == (0.0, 0.0)
+    with pytest.raises(TaskError, match="20 rooms leave the robot no start and goal; the last was full"):
+        ChangingRoom(["full"], no_task).enter_drawn(physics, rng)  # type: ignore[arg-type]
+
+
 def test_a_copy_of_a_room_has_slots_of_its_own() -> None:
     physics, changing = open_slots(), ChangingRoom(GENERATED, no_task)  # type: ignore[arg-type]
     changing.enter(physics, "clutter:7")
