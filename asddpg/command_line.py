@@ -18,7 +18,7 @@ from asddpg.options.parsing import find_option, flatten, parse_arguments, with_v
 from asddpg.options.values import check_stored, read_value
 from tasks.errors import TaskError
 from tasks.navigation import FOLLOW, SPEEDS
-from tasks.options import options_of
+from tasks.options import options_of, suggest_name
 from tasks.rewards import REWARDS
 from tasks.robots.names import full_robot_name
 from tasks.rooms.reading import ROOMS, full_name, is_room
@@ -154,7 +154,8 @@ def _choice(group: str, name: str) -> str:
         return full_name(name)
     if name not in GROUPS[group]:
         rooms = f", or {ROOMS}" if group == "task" else ""
-        known = f"there are {', '.join(GROUPS[group])}{rooms}{sweep_hint(group, name)}"
+        names = f"there are {', '.join(GROUPS[group])}{rooms}{sweep_hint(group, name)}"
+        known = suggest_name(name, GROUPS[group], names)
         raise UserError(f"there is no {group} {truncated_repr(name)}; {known}")
     return name
 

@@ -6,11 +6,12 @@ and it becomes `--help` and the reference of the documentation.
 
 import copy
 import dataclasses
+import difflib
 import math
 import reprlib
 import types
 import typing
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import MISSING
 from numbers import Integral, Real
 from pathlib import Path
@@ -50,6 +51,13 @@ def some_of(*choices: str) -> Range:
 POSITIVE = Range(lambda value: value > 0, "greater than 0")
 NOT_NEGATIVE = Range(lambda value: value >= 0, "0 or more")
 SHARE = between(0, 1)
+
+
+def suggest_name(name: str, known: Iterable[str], otherwise: str) -> str:
+    """The end of a sentence on a wrong name: the known name that it is a slip of, if any, else what there is."""
+    alike = difflib.get_close_matches(name, list(known), n=1, cutoff=0.8)
+    return f"did you mean {alike[0]}?" if alike else otherwise
+
 
 TYPES: dict[Any, str] = {
     int: "a whole number",

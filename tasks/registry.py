@@ -14,7 +14,7 @@ from tasks.errors import TaskError
 from tasks.generator_state import RandomSource, make_generator
 from tasks.laser import BeamRing
 from tasks.navigation import Navigation, NavigationConfig
-from tasks.options import build_options
+from tasks.options import build_options, suggest_name
 from tasks.physics import FloatArray
 from tasks.rewards import REWARDS, Reward
 from tasks.robots.names import PIONEER
@@ -115,7 +115,8 @@ def find_task(name: str) -> TaskDefinition:
     if isinstance(name, str) and name not in DEFINITIONS and is_room(name):
         return OWN_ROOM
     if not isinstance(name, str) or name not in DEFINITIONS:
-        raise TaskError(f"there is no task {reprlib.repr(name)}; there are {', '.join(ALL_TASKS)}, or {ROOMS}")
+        known = suggest_name(str(name), ALL_TASKS, f"there are {', '.join(ALL_TASKS)}, or {ROOMS}")
+        raise TaskError(f"there is no task {reprlib.repr(name)}; {known}")
     return DEFINITIONS[name]
 
 

@@ -169,6 +169,7 @@ def test_make_vec_gives_robots_in_a_room(tmp_path: Path, monkeypatch: pytest.Mon
     [
         ("foo", f"there is no task 'foo'; there are {', '.join(ALL_TASKS)}, or a file of a room (.xml, "),
         ("cylinders:x", "there is no task 'cylinders:x'; there are"),
+        ("nav_complx", "there is no task 'nav_complx'; did you mean nav_complex?"),
         ("nothing:3", "there is no task 'nothing:3'; there are"),
         ("foo.world", "there is no file "),
         ("full.world", "full.world is no file"),
