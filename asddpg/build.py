@@ -73,6 +73,14 @@ def make_robots(
     return NavigationVectorEnv(task.name, robots, autoreset_mode, num_threads, **arguments)
 
 
+def make_training_robots(config: TrainConfig, num_threads: int | None = None) -> NavigationVectorEnv:
+    """The robots that a training learns from: they keep its safety margin."""
+    robots = make_robots(config.task, config.reward, config.robots, num_threads)
+    for environment in robots.envs:
+        environment.task.set_safety_margin(environment.physics, config.safety_margin)
+    return robots
+
+
 def count_driving_threads() -> int:
     """Threads that drive the robots of a training: one for each core but that of the policy's updates.
 
@@ -153,8 +161,22 @@ def _network_shape(config: TrainConfig, environment: gymnasium.Env) -> NetworkSh
     network = config.network
     scan_shape = None if network.convolutions == "none" else getattr(environment.unwrapped, "scan_shape", None)
     spaces = (observation_size, scan_shape, low.tolist(), high.tolist())
-    is_shared = network.convolutions == "shared"
-    return NetworkShape(*spaces, network.widths, network.layer_norm, config.agent.twin_critics, is_shared)
+    return NetworkShape(
+        *spaces,
+        network.widths,
+        network.layer_norm,
+        config.agent.twin_critics,
+        shared_convolutions=network.convolutions == "shared",
+        log_ranges=network.ranges == "log",
+        value_bins=_value_bins(config),
+    )
+
+
+def _value_bins(config: TrainConfig) -> tuple[int, float, float] | None:
+    if not config.agent.value_bins:
+        return None
+    metres = config.task.max_linear_velocity * config.task.control_timestep
+    return config.agent.value_bins, *config.reward.bound_returns(config.agent.gamma, metres)
 
 
 def make_agent(config: TrainConfig, environment: gymnasium.Env, weights: Path | None = None) -> AsDDPG:

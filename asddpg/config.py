@@ -30,6 +30,7 @@ GAINS = Range(
     lambda gains: len(gains) == 2 and all(abs(gain) < 1e6 for gain in gains),
     "two numbers within a million, P_l and P_r",
 )
+BINS = Range(lambda bins: bins == 0 or 11 <= bins <= 1001, "0, or from 11 to 1001")
 CAMERAS = Range(lambda names: len(set(names)) == len(names), "names of cameras, each once")
 NAMES = Range(lambda names: len(set(names)) == len(names), "names of obstacles, each once")
 TARGETS = Range(lambda numbers: len(numbers) % 2 == 0, "pairs of numbers, x and y of each target, such as [1,2,-3,0.5]")
@@ -65,6 +66,11 @@ class NetworkConfig:
         [256, 256, 256], "Neurons of each fully connected layer, in policy and critic alike.", LAYERS
     )
     layer_norm: bool = option(False, "Whether the critic branch normalises each hidden layer (Ba et al., 2016).")
+    ranges: str = option(
+        "linear",
+        "How the convolutions see ranges: linear, as the released code, or log, which spreads the near ones.",
+        one_of("linear", "log"),
+    )
     convolutions: str = option(
         "separate",
         "Convolutions of the scan: policy and critic each their own, the critic's for both, or none.",
@@ -126,6 +132,9 @@ class AgentConfig:
     )
     target_noise: float = option(
         0.0, "σ of the noise on π' in y^A, in half an action's range, cut at 2 σ (TD3: 0.2).", NOT_NEGATIVE
+    )
+    value_bins: int = option(
+        0, "Bins over which Q^A is a distribution, learned by cross-entropy (HL-Gauss); 0 for a single number.", BINS
     )
     policy_every: int = option(2, "Updates of the critic for each of the policy (as in TD3).", POSITIVE)
     balanced_batches: bool = option(
@@ -217,6 +226,9 @@ class TrainConfig:
     record: RecordConfig = field(default_factory=RecordConfig)
     seed: int = option(0, "Seed of all random streams of the run.", SEED)
     robots: int = option(16, "Robots that drive side by side; 1 is the paper's Algorithm 1.", between(1, 4096))
+    safety_margin: float = option(
+        0.0, "Metres from an obstacle that end an episode as a collision, in training alone.", between(0, 0.2, " m")
+    )
     total_steps: int = option(100_000, "Control steps to train for, of all robots together.", POSITIVE)
     checkpoint_every: int = option(
         10_000, "Steps between two training states, for resume=; 0 writes the last one alone.", NOT_NEGATIVE
@@ -371,6 +383,8 @@ def _check_cameras(record: PictureConfig, is_live: bool) -> None:
 
 
 def _check_convolutions(config: TrainConfig) -> None:
+    if config.network.ranges == "log" and config.network.convolutions == "none":
+        raise UserError("network.ranges=log needs convolutions; network.convolutions=none takes network.ranges=linear")
     beams = config.task.laser.num_beams
     if config.network.convolutions != "none" and beams < MIN_BEAMS:
         fewer = "fewer need network.convolutions=none"

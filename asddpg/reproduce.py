@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from asddpg.algorithm.agent import AsDDPG
-from asddpg.build import check_device, make_agent, make_robots, prepare_torch
+from asddpg.build import check_device, make_agent, make_training_robots, prepare_torch
 from asddpg.config import TrainConfig
 from asddpg.episodes.batch_steps import Steps
 from asddpg.episodes.finite_check import check_weights
@@ -46,7 +46,7 @@ def main(arguments: Sequence[str]) -> None:
     failure = failure_dump.read(path)
     config, _ = read_training(RunFolder(path).config, parsed.controller)
     check_device(config.device)
-    robots = make_robots(config.task, config.reward, config.robots)
+    robots = make_training_robots(config)
     agent = make_agent(config, robots.envs[0])
     episodes = TrainingEpisodes(robots, agent, config.seed)
     state, _ = TrainingStates(RunFolder(path).training_states).newest(lambda _: None)

@@ -22,7 +22,8 @@ from asddpg.build import (
     make_agent,
     make_cameras,
     make_live,
-    make_robots,
+    make_training_robots,
+    navigation_env,
     note_omitted,
     prepare_torch,
 )
@@ -117,7 +118,7 @@ def resume(path: str, arguments: Sequence[str]) -> None:
 
 
 def _make(config: TrainConfig) -> Parts:
-    robots = make_robots(config.task, config.reward, config.robots, count_driving_threads())
+    robots = make_training_robots(config, count_driving_threads())
     first = robots.envs[0]
     agent = make_agent(config, first)
     cameras = make_cameras(config.record, first)
@@ -185,6 +186,8 @@ def test(
 ) -> dict[str, EvaluationResult]:
     """Figures of the actor alone on the stored test set, for the checkpoints last and best."""
     task = config.task
+    first = navigation_env(environment)
+    first.task.set_safety_margin(first.physics, 0.0)
     pairs = stored_pairs(task.name, "test", task.goal_radius, config.test_episodes, task.robot)
     result = {}
     for name in ("last", "best"):

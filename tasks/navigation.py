@@ -36,6 +36,7 @@ def _is_control_timestep(seconds: float) -> bool:
 
 CONTROL_TIMESTEPS = Range(_is_control_timestep, "from 0.01 to 2 s and a multiple of the physics step, 5 ms")
 GOAL_RADII = Range(lambda radius: radius == 0.0 or 0.1 <= radius <= 2.0, "0, or from 0.1 to 2 m")
+_MAX_STARTS = 100
 AnyConfig = TypeVar("AnyConfig", bound="NavigationConfig")
 SPEEDS = ("max_linear_velocity", "max_angular_velocity")
 FOLLOW = 0.0  # a largest speed that is the robot's
@@ -148,6 +149,7 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         self._next_variation: Variation | None = None
         self.variation = NO_VARIATION  # of the episode
         self._body: VariedBody | None = None
+        self._has_margin = False
         self.start = Pose(0.0, 0.0, 0.0)  # of the episode, as it was set: the pose read back differs in the last bit
         self._reset_episode()
 
@@ -170,8 +172,20 @@ class Navigation(control.Task):  # type: ignore[misc]  # dm_control has no types
         self.readings = physics.readings()
         self._reset_episode()
 
+    def set_safety_margin(self, physics: Physics, metres: float) -> None:
+        """End episodes at this distance from an obstacle already, from the next one on; starts keep it too."""
+        physics.set_safety_margin(metres)
+        self._has_margin = metres > 0.0
+
     def _draw_pair(self, physics: Physics) -> tuple[Pose, tuple[float, float]]:
         """A start and a goal; where the room changes with each episode, in another one."""
+        for _ in range(_MAX_STARTS):
+            start, goal = self._draw_any_pair(physics)
+            if not self._has_margin or physics.is_free(start):
+                return start, goal
+        raise TaskError(f"of {_MAX_STARTS} starts none keeps the safety margin; a smaller one is needed")
+
+    def _draw_any_pair(self, physics: Physics) -> tuple[Pose, tuple[float, float]]:
         if isinstance(self.rule, ChangingRoom):
             return self.rule.enter_drawn(physics, self.rng)
         return self.rule.draw(self.rng, self._held_out)

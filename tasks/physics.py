@@ -212,6 +212,11 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         self.data.ptr.qvel[:] = 0.0
         self._place(self.data.ptr, pose)
 
+    def set_safety_margin(self, metres: float) -> None:
+        """Count a collision from this distance to an obstacle on; no force and no motion changes."""
+        model = self.model.ptr
+        model.geom_gap[np.isin(model.geom_bodyid, [*self._robot_bodies])] = metres
+
     def _place(self, data: mujoco.MjData, pose: Pose) -> None:
         start, half_yaw = self._base_qpos, 0.5 * pose.yaw
         data.qpos[start : start + 7] = [pose.x, pose.y, 0.0, math.cos(half_yaw), 0.0, 0.0, math.sin(half_yaw)]

@@ -57,6 +57,17 @@ class Reward:
             terms["turn"] = -self.turn_price * turn_change**2
         return terms
 
+    def bound_returns(self, gamma: float, metres: float) -> tuple[float, float]:
+        """Least and greatest discounted return, turn_price aside.
+
+        Args:
+            gamma: discount of a step.
+            metres: that a step can bring the robot nearer to its goal, at most.
+        """
+        progress = self.progress * metres
+        low = min(self.crash, -(self.time_penalty + progress) / (1.0 - gamma))
+        return low, max(self.reach, (progress - self.time_penalty) / (1.0 - gamma))
+
     @property
     def no_terms(self) -> dict[str, float]:
         """The terms before the first step."""

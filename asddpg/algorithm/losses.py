@@ -92,13 +92,12 @@ class CriticLoss(NamedTuple):
 def critic_dqn_loss(batch: Batch, features: Tensor, online: Networks, targets: Targets) -> CriticLoss:
     """Eq. 4, last line: L = mean (y^A − Q^A(x, a))² + mean (y^Q − Q(x, σ))²; `features` are the online ones of x.
 
-    A twin critic adds its own (y^A − Q^A(x, a))².
+    A twin critic adds its own (y^A − Q^A(x, a))². Over bins, cross-entropy stands in place of these squares.
     """
-    error = targets.y_a - online.critic(features, batch.a)
-    td_errors = mean_by_driver(error.detach().abs(), batch.by_policy)
-    critic = torch.square(error).mean()
+    critic, q_a = online.critic.loss(features, batch.a, targets.y_a)
+    td_errors = mean_by_driver((targets.y_a - q_a).abs(), batch.by_policy)
     if online.critic_twin is not None:
-        critic = critic + torch.square(targets.y_a - online.critic_twin(features, batch.a)).mean()
+        critic = critic + online.critic_twin.loss(features, batch.a, targets.y_a)[0]
     if online.switch is None or targets.y_q is None:
         return CriticLoss(critic, critic, None, td_errors)
     q = online.switch(features)

@@ -154,7 +154,7 @@ def _open_run(config: DrivingConfig, run: str, setting: Setting) -> DriverSetup:
     trained = opened.config
     if config.controller.type not in (ControllerConfig.type, trained.controller.type):
         raise UserError(own)
-    trained.device = config.device
+    trained.device, trained.safety_margin = config.device, 0.0  # the margin is for learning
     is_other_scene = config.task not in (None, trained.task.name)
     trained.task.name = config.task or trained.task.name
     own_task = trained.task

@@ -21,7 +21,7 @@ from asddpg.runs.state_files import INVALID
 
 KEY, FORMAT = "asddpg_policy", 1
 _CRITIC = "critic"  # first part of the names of Q^A's weights: neither the policy nor the switch needs them
-_CRITIC_SHAPE = ("layer_norm", "twin_critics")  # fields of a shape that describe Q^A alone
+_CRITIC_SHAPE = ("layer_norm", "twin_critics", "value_bins")  # fields of a shape that describe Q^A alone
 _MAX_OBSERVATION_SIZE = 10**6  # a hundred scans of 2000 beams are a fifth of it
 
 

@@ -42,6 +42,7 @@ def test_the_papers_agent_has_none_of_the_cures_and_the_released_constants() -> 
 def test_the_papers_agent_is_the_same_in_every_room(task: str) -> None:
     paper, complex_room = (train_config([f"task={each}", "agent=asddpg_paper"]) for each in (task, "nav_complex"))
     assert (paper.agent, paper.robots) == (complex_room.agent, 1)
+    assert (paper.network, paper.safety_margin) == (complex_room.network, 0.0)
     assert paper.agent.batch_size == paper.agent.samples_per_step == 32
 
 

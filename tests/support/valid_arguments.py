@@ -1,5 +1,6 @@
 """Valid arguments of a training, for property-based tests."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from hypothesis import strategies as st
@@ -10,12 +11,14 @@ from asddpg.config import TrainConfig
 from asddpg.options.values import write_value
 from tests.support.option_values import ArgumentLists, options, rules, values_of
 
+RANGES = "network.ranges"
+
 
 def valid_arguments(widest: int = 65_536, most_beams: int = 2000) -> ArgumentLists:
     """Arguments of a training, from the whole of each range but for what decides how much memory is taken."""
     kinds, is_right = options(TrainConfig), rules(TrainConfig)
     # Sockets, pictures; a robot has speeds of its own.
-    left_out = ("live", "run_dir", "device", "controller.type", "record.cameras", "record.codec", "task.robot")
+    left_out = ("live", "run_dir", "device", "controller.type", "record.cameras", "record.codec", "task.robot", RANGES)
     special: dict[str, SearchStrategy[Any]] = {
         "network.widths": st.lists(st.integers(1, widest), min_size=2, max_size=4),
         "network.convolutions": st.sampled_from(["separate", "shared", "none"]),
@@ -41,4 +44,9 @@ def valid_arguments(widest: int = 65_536, most_beams: int = 2000) -> ArgumentLis
     groups = st.tuples(*(st.sampled_from(sorted(choices)) for choices in GROUPS.values())).map(
         lambda choices: [f"{group}={choice}" for group, choice in zip(GROUPS, choices, strict=True)]
     )
-    return st.builds(lambda chosen, arguments: [*chosen, *arguments], groups, single)
+    return st.builds(lambda chosen, arguments: [*chosen, *arguments, *_ranges(arguments)], groups, single)
+
+
+def _ranges(arguments: Sequence[str]) -> list[str]:
+    """Without convolutions the logarithm, which task=nav_anywhere has, must be given up."""
+    return [f"{RANGES}=linear"] if "network.convolutions=none" in arguments else []

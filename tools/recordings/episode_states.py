@@ -128,4 +128,7 @@ class EpisodeStates:
 def _open_environment(settings: str) -> tuple[TrainConfig, gymnasium.Env]:
     """A recording's configuration, and its environment."""
     config, _ = parse_training(settings, "its configuration", controller=None)
-    return config, make_environment(config.task, config.reward)
+    environment = make_environment(config.task, config.reward)
+    inner = navigation_env(environment)
+    inner.task.set_safety_margin(inner.physics, config.safety_margin)
+    return config, environment

@@ -143,8 +143,17 @@ def random_batch(size: int = 16) -> Batch:
     return Batch(*(torch.from_numpy(np.asarray(part, dtype=np.float32)) for part in (*columns, *flags)))
 
 
-@pytest.mark.parametrize("options", [{"shared_convolutions": True}, {"layer_norm": True}, {"twin_critics": True}])
-def test_every_network_learns_all_its_parameters(options: dict[str, bool]) -> None:
+@pytest.mark.parametrize(
+    "options",
+    [
+        {"shared_convolutions": True},
+        {"layer_norm": True},
+        {"twin_critics": True},
+        {"value_bins": (11, -5.0, 5.0), "twin_critics": True},
+        {"log_ranges": True},
+    ],
+)
+def test_every_network_learns_all_its_parameters(options: dict[str, Any]) -> None:
     shape = NetworkShape(23, (1, 20), LOW.tolist(), HIGH.tolist(), (16, 16), **options)
     agent = make_agent(Useless(), shape=shape, **PAPER)
     before = copy.deepcopy(agent.networks)

@@ -1,6 +1,8 @@
 """Eqs. 4 and 5 against an independent NumPy float64 version."""
 
 import copy
+from statistics import NormalDist
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,12 +13,14 @@ from asddpg.algorithm.losses import (
     Batch,
     PolicyTerms,
     TargetRule,
+    Targets,
     advantage,
     bellman_targets,
     critic_dqn_loss,
     policy_loss,
 )
-from asddpg.algorithm.networks import CONTROLLER, POLICY, Networks, NetworkShape
+from asddpg.algorithm.networks import CONTROLLER, POLICY, Networks, NetworkShape, spread_near
+from asddpg.algorithm.value_bins import ValueBins
 from tests.support.reference_equations import F64, Reference
 
 SCANS = (3, 40)
@@ -29,7 +33,7 @@ SEEDS = pytest.mark.parametrize("seed", range(5))
 DTYPES = pytest.mark.parametrize("dtype", [torch.float64, torch.float32], ids=["float64", "float32"])
 
 
-def make_networks(seed: int, with_switch: bool = True, dtype: torch.dtype = torch.float64, **options: bool) -> Networks:
+def make_networks(seed: int, with_switch: bool = True, dtype: torch.dtype = torch.float64, **options: Any) -> Networks:
     torch.manual_seed(seed)
     shape = NetworkShape(SIZE, SCANS, LOW.tolist(), HIGH.tolist(), (32, 24, 16), **options)
     networks = Networks(shape, with_switch).to(dtype)
@@ -119,6 +123,46 @@ def test_of_twin_critics_the_smaller_one_bootstraps_and_both_learn(seed: int) ->
     loss = critic_dqn_loss(batch, online.features(batch.x), online, targets)
     errors = [np.mean((y_a - reference.q_a(x, a)) ** 2) for reference in (reference_of(online), twin_reference(online))]
     np.testing.assert_allclose(loss.critic.item(), sum(errors), rtol=1e-5)
+
+
+@SEEDS
+def test_over_bins_the_critic_learns_by_cross_entropy(seed: int) -> None:
+    bins, low, high = 51, -5.0, 5.0
+    online = make_networks(seed, value_bins=(bins, low, high))
+    batch = make_batch(seed)
+    targets = Targets(torch.linspace(-6.0, 6.0, len(batch.r), dtype=torch.float64), None)
+    loss = critic_dqn_loss(batch, online.features(batch.x), online, targets)
+    outputs = online.critic._outputs(online.critic.first(online.features(batch.x)), batch.a).detach().numpy()
+    width = (high - low) / (bins - 4)
+    edges = low - 2 * width + width * np.arange(bins + 1)
+    logs = outputs - np.log(np.exp(outputs).sum(axis=1, keepdims=True))
+    expected = []
+    for y, log in zip(np.clip(targets.y_a.numpy(), low, high), logs, strict=True):
+        shares = np.diff([NormalDist(y, 0.75 * width).cdf(edge) for edge in edges])
+        expected.append(-(shares / shares.sum()) @ log)
+    np.testing.assert_allclose(loss.critic.item(), np.mean(expected), rtol=1e-5)
+    means = np.exp(logs) @ (edges[1:] + edges[:-1]) / 2
+    np.testing.assert_allclose(online.critic(online.features(batch.x), batch.a).detach().numpy(), means, atol=1e-5)
+
+
+def test_bins_give_back_the_values_that_they_learn() -> None:
+    bins = ValueBins(51, -5.0, 5.0)
+    values = torch.linspace(-5.0, 5.0, 41)
+    torch.testing.assert_close(bins.mean(torch.log(bins.shares(values) + 1e-30)), values, atol=0.01, rtol=0.0)
+
+
+def test_the_logarithm_spreads_near_ranges() -> None:
+    near, far = (spread_near(torch.tensor([r, r + 0.01]) / 5.6 - 0.5).diff().item() for r in (0.5, 3.0))
+    assert near > 4.5 * far > 0.0
+    torch.testing.assert_close(spread_near(torch.tensor([-0.5, 0.5])), torch.tensor([-1.0, 1.01]), atol=0.01, rtol=0.0)
+
+
+def test_both_convolutions_see_the_logarithm() -> None:
+    linear, log = (make_networks(0, log_ranges=log_ranges) for log_ranges in (False, True))
+    x = make_batch(0).x
+    seen = torch.cat([spread_near(x[:, :120]), x[:, 120:]], dim=1)
+    torch.testing.assert_close(log.policy(x), linear.policy(seen))
+    torch.testing.assert_close(log.features(x), linear.features(seen))
 
 
 def test_target_smoothing_moves_the_target_action_within_its_bounds() -> None:
