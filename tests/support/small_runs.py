@@ -25,6 +25,7 @@ QUICK += [
     "agent.samples_per_step=8",
     "network.widths=[16,16]",
     "network.convolutions=none",
+    "network.ranges=linear",
 ]
 QUICK += ["robots=1", "validation.every=100", "validation.episodes=1", "test_episodes=1"]
 
