@@ -77,7 +77,7 @@ def make_training_robots(config: TrainConfig, num_threads: int | None = None) ->
     """The robots that a training learns from: they keep its safety margin."""
     robots = make_robots(config.task, config.reward, config.robots, num_threads)
     for environment in robots.envs:
-        environment.task.set_safety_margin(environment.physics, config.safety_margin)
+        environment.set_safety_margin(config.safety_margin)
     return robots
 
 

@@ -213,7 +213,7 @@ class Physics(dm_mujoco.Physics):  # type: ignore[misc]  # dm_control has no typ
         self._place(self.data.ptr, pose)
 
     def set_safety_margin(self, metres: float) -> None:
-        """Count a collision from this distance to an obstacle on; no force and no motion changes."""
+        """Count a collision, or a push, from this distance on; no force and no motion changes."""
         model = self.model.ptr
         model.geom_gap[np.isin(model.geom_bodyid, [*self._robot_bodies])] = metres
 

@@ -49,7 +49,7 @@ class NetworkShape(NamedTuple):
 def spread_near(scan: Tensor) -> Tensor:
     """The logarithm of a scan, r/max_range − 0.5, from −1 at an obstacle to 1 at the greatest range.
 
-    Half a metre away a centimetre changes it six times as much as 3 m away; in the scan itself it is 0.002 everywhere.
+    Half a metre away a centimetre changes it five times as much as 3 m away; in the scan itself it is 0.002 everywhere.
     """
     return 1.0 + torch.log((scan + 0.5 + NEAREST).clamp(min=NEAREST)) * (-2.0 / math.log(NEAREST))
 
@@ -131,8 +131,9 @@ class CriticBranch(nn.Module):
         widths = shape.widths
         self.first = mlp([features, widths[0]], shape.layer_norm)
         self.rest = mlp([widths[0] + len(shape.action_low), *widths[1:]], shape.layer_norm)
-        self.bins = None if shape.value_bins is None else ValueBins(*shape.value_bins)
-        self.out = small_linear(widths[-1], 1 if shape.value_bins is None else shape.value_bins[0])
+        bins = shape.value_bins
+        self.bins = ValueBins(*bins) if bins else None
+        self.out = small_linear(widths[-1], bins[0] if bins else 1)
         low, high = torch.tensor(shape.action_low), torch.tensor(shape.action_high)
         self.register_buffer("middle", (high + low) / 2, persistent=False)
         self.register_buffer("half_range", (high - low) / 2, persistent=False)
@@ -144,12 +145,12 @@ class CriticBranch(nn.Module):
     def value_from_hidden(self, first: Tensor, action: Tensor) -> Tensor:  # [B, widths[0]], [B, A] → [B]
         """Q^A(x, a) from the first layer's output, which several actions at one x may share."""
         outputs = self._outputs(first, action)
-        return outputs.squeeze(1) if self.bins is None else self.bins.mean(outputs)
+        return self.bins.mean(outputs) if self.bins else outputs.squeeze(1)
 
     def loss(self, features: Tensor, action: Tensor, targets: Tensor) -> tuple[Tensor, Tensor]:
         """Of Q^A(x, a) against targets, [B], Eq. 4's squared error or cross-entropy over bins; and Q^A(x, a), [B]."""
         outputs = self._outputs(self.first(features), action)
-        if self.bins is not None:
+        if self.bins:
             with torch.no_grad():
                 q = self.bins.mean(outputs)
             return self.bins.cross_entropy(outputs, targets), q

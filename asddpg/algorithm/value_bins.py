@@ -8,14 +8,14 @@ import math
 import torch
 from torch import Tensor, nn
 
+MAX_BINS = 1001
 _SPREAD = 0.75  # σ of a target, in widths of a bin (Farebrother et al., 2024)
 
 
 class ValueBins(nn.Module):
     """N equal bins over a range of values: HL-Gauss (Imani and White, 2018; Farebrother et al., 2024).
 
-    A target y becomes the shares that a normal distribution about y has in the bins, so that errors near a cliff of
-    the value, such as the edge of an obstacle, weigh no more than others.
+    A target y becomes the shares that a normal distribution about y has in the bins.
     """
 
     edges: Tensor
@@ -28,7 +28,12 @@ class ValueBins(nn.Module):
             bins: their number, five or more.
             low: least value.
             high: greatest value; both get two bins more, for the targets' tails.
+
+        Raises:
+            ValueError: there are fewer than five bins, more than MAX_BINS, or no range; a damaged file may say so.
         """
+        if not (5 <= bins <= MAX_BINS and low < high):
+            raise ValueError(f"a value is not over {bins} bins from {low} to {high}")
         super().__init__()
         width = (high - low) / (bins - 4)
         edges = torch.linspace(low - 2 * width, high + 2 * width, bins + 1)

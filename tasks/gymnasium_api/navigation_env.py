@@ -221,6 +221,10 @@ class NavigationEnv(gymnasium.Env[Any, Any]):
         _ = self.np_random  # Gymnasium seeds it when first read: the copy must not seed itself otherwise
         return self.__dict__ | {"_renderer": None}
 
+    def set_safety_margin(self, metres: float) -> None:
+        """End episodes at this distance from an obstacle already, from the next one on: for learning, not for tests."""
+        self.task.set_safety_margin(self.physics, metres)
+
     def set_goal(self, x: float, y: float) -> Float32Array:
         """Give the episode in progress another goal, metres, world frame.
 

@@ -21,7 +21,7 @@ FORWARD = np.array([0.5, 0.0])
 def drive_at_the_east_wall(margin: float) -> tuple[float, list[int]]:
     """The distance driven until the collision, metres, and the digests of the states."""
     environment = NavigationEnv("nav_empty")
-    environment.task.set_safety_margin(environment.physics, margin)
+    environment.set_safety_margin(margin)
     environment.reset(options={"start": Pose(2.0, 0.0, 0.0), "goal": (-3.0, 0.0)})
     digests, crashed = [], False
     while not crashed:
@@ -43,10 +43,10 @@ def test_drawn_starts_keep_the_margin() -> None:
     environment = NavigationEnv("nav_office")
     near = [environment.physics.is_free(environment.task.start) for _ in range(40) if environment.reset()]
     assert all(near)
-    environment.task.set_safety_margin(environment.physics, MARGIN)
+    environment.set_safety_margin(MARGIN)
     starts = [environment.task.start for seed in range(40) if environment.reset(seed=seed)]
     assert all(environment.physics.is_free(start) for start in starts)
-    environment.task.set_safety_margin(environment.physics, 0.0)
+    environment.set_safety_margin(0.0)
     free = [environment.task.start for seed in range(40) if environment.reset(seed=seed)]
     assert starts != free  # some of them stood nearer
 

@@ -129,6 +129,5 @@ def _open_environment(settings: str) -> tuple[TrainConfig, gymnasium.Env]:
     """A recording's configuration, and its environment."""
     config, _ = parse_training(settings, "its configuration", controller=None)
     environment = make_environment(config.task, config.reward)
-    inner = navigation_env(environment)
-    inner.task.set_safety_margin(inner.physics, config.safety_margin)
+    navigation_env(environment).set_safety_margin(config.safety_margin)
     return config, environment

@@ -151,6 +151,12 @@ def test_bins_give_back_the_values_that_they_learn() -> None:
     torch.testing.assert_close(bins.mean(torch.log(bins.shares(values) + 1e-30)), values, atol=0.01, rtol=0.0)
 
 
+@pytest.mark.parametrize("wrong", [(4, -5.0, 5.0), (10**9, -5.0, 5.0), (51, 5.0, 5.0)])
+def test_bins_that_no_file_of_ours_has_are_refused_before_they_take_memory(wrong: tuple[int, float, float]) -> None:
+    with pytest.raises(ValueError, match="bins from"):
+        make_networks(0, value_bins=wrong)
+
+
 def test_the_logarithm_spreads_near_ranges() -> None:
     near, far = (spread_near(torch.tensor([r, r + 0.01]) / 5.6 - 0.5).diff().item() for r in (0.5, 3.0))
     assert near > 4.5 * far > 0.0
