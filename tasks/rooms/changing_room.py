@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import lru_cache
 from math import pi
 from typing import Any
 
@@ -67,8 +68,8 @@ class GeneratedRoomRule:
 
     @property
     def obstacles(self) -> Obstacles:
-        """Of the room, as its compiled scene has them; this takes 20 ms."""
-        return Obstacles.from_model(compile_room(self._room))
+        """Of the room, as its compiled scene has them."""
+        return _find_obstacles(self._room)
 
     def draw(self, rng: np.random.Generator, held_out: FloatArray) -> tuple[Pose, Point]:
         """Draw a start and a goal on the largest piece of floor; one of the room's own pairs on an open floor.
@@ -178,6 +179,11 @@ class ChangingRoom:
         """Draw a start and a goal in the present room, away from the goals of its own evaluation sets."""
         assert self._rule is not None
         return self._rule.draw(rng, self._held_out)
+
+
+@lru_cache(maxsize=64)  # as many rooms as a validation has, and more: each takes 20 ms
+def _find_obstacles(room: Room) -> Obstacles:
+    return Obstacles.from_model(compile_room(room))
 
 
 def _standing(room: Room) -> tuple[Obstacle, ...]:
