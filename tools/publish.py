@@ -32,11 +32,14 @@ from asddpg.runs.provenance import environment_hash, versions
 from asddpg.runs.run_folder import config_text, open_run_folder, write_json
 from tasks.evaluation_pairs import stored_pairs
 from tasks.options import Range, between, one_of, option
+from tasks.registry import ANYWHERE
 from tools.publishing.card import Facts, arguments_of, card
 from tools.publishing.failures import DrivenEpisode, EndingsLog, report
+from tools.publishing.places import elsewhere_table, generator_table
 
 MAX_WEIGHT_BYTES = 3_000_000  # bytes of weights: the repository stays small
-STORED = 200  # test pairs of a task
+STORED = 200  # test pairs of a task of one room
+MOST_STORED = 1000  # of nav_anywhere
 
 
 @dataclass(frozen=True)
@@ -50,7 +53,11 @@ class PublishArguments:
         Range(lambda name: bool(re.fullmatch(r"[a-z][a-z0-9_]*", name)), "small letters, digits and _, as nav_complex"),
     )
     checkpoint: str = option("last", "Checkpoint of the run.", one_of("last", "best"))
-    episodes: int = option(STORED, "Stored test pairs to drive.", between(1, STORED, ", the size of the test set"))
+    episodes: int = option(
+        STORED,
+        "Stored test pairs to drive, the first so many.",
+        between(1, MOST_STORED, ", the size of the stored test set of nav_anywhere; other sets have 200"),
+    )
     overwrite: bool = option(False, "Whether it replaces a policy of that name.")
     note: str | None = option(
         None, 'A sentence for the card: how the seed was chosen, such as "Seed 0 of five, whose mean is 0.95."'
@@ -106,7 +113,7 @@ def _fill(part: PretrainedFolder, parsed: PublishArguments, trained: Trained, se
     scene = environment_hash(environment)
     content: dict[str, object] = {
         "task": config.task.name,
-        "set": f"{parsed.episodes} stored test pairs",
+        "set": f"{len(drives)} stored test pairs",
         "checkpoint": parsed.checkpoint,
         "step": step,
         **{title: result.as_dict() for title, result in metrics.items()},
@@ -127,6 +134,7 @@ def _fill(part: PretrainedFolder, parsed: PublishArguments, trained: Trained, se
         tested_scene=scene,
         metrics=metrics,
         failures=report(drives),
+        elsewhere=_drive_elsewhere(config, agent, drives, parsed.episodes),
     )
     part.card.write_text(card(facts), encoding="utf-8")
 
@@ -163,6 +171,14 @@ def _test(
         for title, driver in drivers.items()
     }
     return results, logs["actor"].drives(pairs)
+
+
+def _drive_elsewhere(config: TrainConfig, agent: AsDDPG, drives: Sequence[DrivenEpisode], episodes: int) -> str:
+    """Of a policy of changing rooms: where it drives, Markdown; of another nothing."""
+    if config.task.name != ANYWHERE:
+        return ""
+    other = elsewhere_table(config, actor_alone(agent), episodes)
+    return f"By generator:\n\n{generator_table(drives)}\n\nIn the rooms of the other tasks:\n\n{other}"
 
 
 def _replace(path: Path, part: Path) -> None:

@@ -13,6 +13,7 @@ from asddpg.episodes.evaluation import ROWS, EvaluationResult, cell
 from asddpg.options.values import write_value
 from tasks.gymnasium_api.navigation_env import id_and_scene
 from tasks.options import options_of
+from tasks.registry import ANYWHERE
 from tools.experiments.tables import markdown
 
 _CARD = Template("""\
@@ -34,7 +35,7 @@ On $episodes stored test pairs, which training never sees, without noise; in bra
 −0.01 a step and +2 for reaching; the mean time is over the episodes that reached the goal.
 $scene_note
 $metrics
-
+$elsewhere
 ## Failures
 
 The actor alone. $failures
@@ -86,6 +87,7 @@ class Facts:
     tested_scene: str  # hash
     metrics: dict[str, EvaluationResult]  # by driver, as in DRIVERS
     failures: str  # Markdown
+    elsewhere: str = ""  # where a policy of changing rooms drives, Markdown
 
 
 def card(facts: Facts) -> str:
@@ -103,6 +105,7 @@ def card(facts: Facts) -> str:
         episodes=next(iter(facts.metrics.values())).episodes,
         scene_note=_scene_note(facts),
         metrics=_metrics_table(facts.metrics),
+        elsewhere=f"\n{facts.elsewhere}\n" if facts.elsewhere else "",
         failures=facts.failures,
         limits=_limits(config),
         snippet=_snippet(facts.name, config.task),
@@ -158,9 +161,11 @@ def _limits(config: TrainConfig) -> str:
     is_perfect = not (laser.noise or laser.dropout or laser.latency)
     noise = f"noise {laser.noise:g}, lost returns {laser.dropout:g}, latency {laser.latency:g} s"
     kind = "without noise, lost returns or latency" if is_perfect else f"with {noise}"
+    rooms = "in generated rooms, none in both" if config.task.name == ANYWHERE else "in this one room"
+    unknown = "" if config.task.name == ANYWHERE else "in another room, "
     return _wrapped(
-        f"Trained and tested in this one room, with a laser of {laser.num_beams} beams over {laser.field_of_view:g}° "
-        f"{kind}; nothing here says how it drives in another room, among things that move by themselves, or on a real "
+        f"Trained and tested {rooms}, with a laser of {laser.num_beams} beams over {laser.field_of_view:g}° "
+        f"{kind}; nothing here says how it drives {unknown}among things that move by themselves, or on a real "
         "robot."
     )
 

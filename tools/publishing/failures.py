@@ -33,7 +33,8 @@ class DrivenEpisode:
         """For test.json."""
         end = [round(value, 3) for value in self.end]
         place = {"start": list(self.pair.start), "goal": list(self.pair.goal)}
-        return place | {"shortest_path": self.pair.shortest_path, "outcome": self.outcome, "end": end}
+        room = {"room": self.pair.room} if self.pair.room else {}
+        return room | place | {"shortest_path": self.pair.shortest_path, "outcome": self.outcome, "end": end}
 
 
 class EndingsLog(Observer):
@@ -57,14 +58,15 @@ class EndingsLog(Observer):
 
 
 def report(drives: Sequence[DrivenEpisode]) -> str:
-    """Markdown: failures by kind, by length of the shortest path, and by region of the goal."""
+    """Markdown: failures by kind, by length of the shortest path, and, in one room, by region of the goal."""
     failed = [drive for drive in drives if drive.failed]
     if not failed:
         return f"On none of the {len(drives)} pairs."
     near = sum(math.dist(drive.end, drive.pair.goal) < NEAR for drive in failed)
     ending = f"{near} {'ends' if near == 1 else 'end'} within {NEAR:g} m of the goal"
     kinds = f"It fails on {len(failed)} of {len(drives)} pairs: {_kinds(failed)}; {ending}."
-    return "\n\n".join([kinds, "By length of the shortest path:", _length_table(drives), *_region_table(drives)])
+    regions = [] if drives[0].pair.room else _region_table(drives)
+    return "\n\n".join([kinds, "By length of the shortest path:", _length_table(drives), *regions])
 
 
 def _kinds(drives: Iterable[DrivenEpisode]) -> str:

@@ -22,6 +22,8 @@ from asddpg.runs import pretrained, weights_file
 from asddpg.runs.loading import open_trained
 from asddpg.runs.pretrained import PretrainedFolder, load_policy, open_pretrained
 from asddpg.runs.run_folder import RunFolder, read_training
+from tasks.registry import ROOM_TASKS
+from tasks.rooms.changing_room import GENERATED
 from tests.support import pretrained_checks
 from tools import publish
 from tools.publishing.card import _snippet, arguments_of
@@ -222,7 +224,7 @@ def test_nothing_is_overwritten_unasked_or_left_half_written(
         (["run={run}"], "name= is missing"),
         (["run={run}", "name=../x"], "small letters"),
         (["run={run}", "name=x", "checkpoint=first"], "last or best"),
-        (["run={run}", "name=x", "episodes=201"], "from 1 to 200"),
+        (["run={run}", "name=x", "episodes=1001"], "from 1 to 1000"),
         (["run=nowhere", "name=x"], "not the folder of a run"),
         (["run=pretrained:x", "name=y"], "not the folder of a run"),
     ],
@@ -256,6 +258,22 @@ def test_the_card_says_how_the_seed_was_chosen_and_the_training_is_left_as_it_wa
     assert "\n\nSeed 3 of five, mean 0.95.\n" in open_pretrained("noted").card.read_text()
     assert opened.config == before
     assert before.run_dir is not None
+
+
+@pytest.mark.slow
+def test_a_policy_of_changing_rooms_has_a_row_for_each_generator_and_each_task(tmp_path: Path) -> None:
+    arguments = ["task=nav_anywhere", "total_steps=160", "agent.learning_starts=64", "validation.every=0"]
+    train.main([*arguments, "test_episodes=0", "robots=2", f"run_dir={tmp_path / 'run'}"])
+    publish.main([f"run={tmp_path / 'run'}", "name=anywhere", "episodes=3"])
+    card = open_pretrained("anywhere").card.read_text()
+    rows = [line for line in card.splitlines() if line.startswith("| ")]
+    assert [row.split()[1] for row in rows if row.split()[1] in (*GENERATED, *ROOM_TASKS)] == [
+        "clutter",
+        "cylinders",
+        *ROOM_TASKS,
+    ]
+    assert "in generated rooms" in card
+    assert "goal in" not in card
 
 
 def test_arguments_name_what_differs_and_no_more() -> None:
