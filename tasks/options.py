@@ -39,8 +39,8 @@ def between(low: float, high: float, note: str = "") -> Range:
 
 
 def one_of(*choices: str) -> Range:
-    """One of several texts."""
-    return Range(lambda value: value in choices, f"{', '.join(choices[:-1])} or {choices[-1]}")
+    """One of these texts."""
+    return Range(lambda value: value in choices, " or ".join(filter(None, (", ".join(choices[:-1]), choices[-1]))))
 
 
 def some_of(*choices: str) -> Range:

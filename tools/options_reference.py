@@ -25,6 +25,7 @@ PROGRAMS = {
     "tools.episode_plot": "PlotArguments",
     "tools.diagnose": "DiagnoseArguments",
     "tools.publish": "PublishArguments",
+    "tools.export": "ExportArguments",
     "tools.ablation": "AblationArguments",
     "tools.results": "ResultsArguments",
     "tools.room": "RoomArguments",

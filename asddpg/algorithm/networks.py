@@ -59,7 +59,7 @@ class Features(nn.Module):
 
     def __init__(self, observation_size: int, scan_shape: tuple[int, int] | None, log_ranges: bool = False) -> None:
         super().__init__()
-        self.scan_shape, self._log_ranges = scan_shape, log_ranges
+        self.scan_shape, self.log_ranges = scan_shape, log_ranges
         if scan_shape is None:
             self.size = observation_size
             return
@@ -77,7 +77,7 @@ class Features(nn.Module):
             return observation
         scans, beams = self.scan_shape
         signal = observation[:, : scans * beams].view(-1, scans, beams).transpose(1, 2)
-        extracted = self.convolutions(spread_near(signal) if self._log_ranges else signal)
+        extracted = self.convolutions(spread_near(signal) if self.log_ranges else signal)
         return torch.cat([extracted.flatten(1), observation[:, scans * beams :]], dim=1)
 
 
