@@ -12,7 +12,7 @@ import pytest
 from tests.conftest import ROOT
 
 PACKAGES = ("asddpg", "tasks", "tools")
-MOST_MODULES = {"asddpg": 14, "tools": 23, "tasks": 12}  # directly in a package, __init__.py among them
+MOST_MODULES = {"asddpg": 15, "tools": 23, "tasks": 12}  # directly in a package, __init__.py among them
 
 
 def modules() -> dict[str, Path]:

@@ -40,6 +40,7 @@ def test_models_and_configuration_travel(wheel: Path) -> None:
             "models/pretrained/**/*.*",
             "asddpg/conf/**/*.yaml",
             "tasks/held_out/*.json",
+            "*/py.typed",
         )
         for path in ROOT.glob(pattern)
     }
@@ -78,7 +79,7 @@ def test_an_installed_wheel_trains_in_an_empty_folder(wheel: Path, tmp_path: Pat
     listed = run([python, "-c", "from asddpg.runs.pretrained import names; print(*names())"], folder)
     assert listed.split() == names()
     arguments = ["task=nav_complex", "total_steps=300", "agent.learning_starts=100", "test_episodes=2", "run_dir=here"]
-    printed = run([python, "-m", "asddpg.train", *arguments], folder)
+    printed = run([str(environment / "bin" / "asddpg"), "train", *arguments], folder)
     assert "the run is in here" in printed
     assert (folder / "here/test.json").is_file()
     assert [path.name for path in folder.iterdir()] == ["here"]
