@@ -1,12 +1,16 @@
 """Atomic writes: a file is either complete or unchanged, and two processes do not disturb each other."""
 
-import fcntl
 import itertools
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import IO, Any
+
+try:
+    import fcntl
+except ModuleNotFoundError:  # Windows
+    fcntl = None  # type: ignore[assignment]
 
 
 def write_whole(
@@ -51,11 +55,21 @@ def locked(folder: Path) -> Iterator[None]:
     try:
         with suppress(OSError):
             descriptor = os.open(folder, os.O_RDONLY)
-            fcntl.flock(descriptor, fcntl.LOCK_EX)
+            take_lock(descriptor, waits=True)
         yield
     finally:
         if descriptor is not None:
             os.close(descriptor)
+
+
+def take_lock(file: int | IO[Any], waits: bool = False) -> None:
+    """Take the kernel's lock of an open file or folder, held until it is closed; without fcntl there is none.
+
+    Raises:
+        BlockingIOError: another process has it, and this one does not wait.
+    """
+    if fcntl is not None:
+        fcntl.flock(file, fcntl.LOCK_EX if waits else fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 def claim_folder(folder: Path) -> Path:

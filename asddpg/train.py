@@ -6,7 +6,6 @@ task=, agent=, network= and reward= choose presets; the defaults below are those
 """
 
 import csv
-import resource
 import shlex
 import sys
 from collections.abc import Sequence
@@ -40,7 +39,7 @@ from asddpg.program import python, run
 from asddpg.recording.how_to_open import how_to_watch
 from asddpg.runs import weights_file
 from asddpg.runs.lock import RunLock
-from asddpg.runs.provenance import current_versions, recording_provenance, update_provenance
+from asddpg.runs.provenance import current_versions, peak_memory, recording_provenance, update_provenance
 from asddpg.runs.rewind import check_logs, keep_test, rewind
 from asddpg.runs.room_pairs import keep_pairs
 from asddpg.runs.run_folder import RunFolder, check_unused, create_run, open_run_folder, read_training, write_json
@@ -172,11 +171,12 @@ def _finish(parts: Parts, folder: RunFolder, provenance: dict[str, str], seconds
     if tested:
         contents = {name: result.as_dict() for name, result in tested.items()}
         write_json(folder.test, {"task": config.task.name, "set": "test", "driver": "actor", **contents, **provenance})
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024  # kB on Linux
-    write_json(folder.resources, {"training_seconds": round(seconds, 1), "peak_memory_mb": round(peak, 1)})
+    peak = peak_memory()
+    memory = {} if peak is None else {"peak_memory_mb": round(peak, 1)}
+    write_json(folder.resources, {"training_seconds": round(seconds, 1), **memory})
     if tested:
         print_line(f"actor alone on {tested['last'].episodes} stored test pairs:\n{table(tested)}")
-    print_line(f"{config.total_steps / seconds:.0f} steps/s, peak memory {peak:.0f} MB")
+    print_line(f"{config.total_steps / seconds:.0f} steps/s" + ("" if peak is None else f", peak memory {peak:.0f} MB"))
     arguments = f"run={shlex.quote(str(folder.path))}{controller_argument(config)}"
     print_line(f"the run is in {folder.path}; evaluate it: {python()} -m asddpg.evaluate {arguments}")
 

@@ -1,11 +1,11 @@
 """One owner: a run's folder is written by one process at a time."""
 
-import fcntl
 import os
 import socket
 from pathlib import Path
 from typing import Self
 
+from asddpg.atomic_write import take_lock
 from asddpg.errors import UserError
 
 NAME = "lock"
@@ -27,7 +27,7 @@ class RunLock:
         self._path = run / NAME
         self._file = self._path.open("a+", encoding="utf-8")
         try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            take_lock(self._file)
         except BlockingIOError as error:
             self._file.seek(0)
             owner = self._file.read().strip() or "another process"

@@ -1,6 +1,7 @@
 """Provenance: the versions and the scene that a run, a result or a recording was made with."""
 
 import platform
+import sys
 from importlib import metadata
 
 import gymnasium
@@ -9,6 +10,11 @@ from asddpg import __version__
 from asddpg.config import TrainConfig
 from asddpg.recording.recorder import Provenance
 from asddpg.runs.run_folder import config_text
+
+try:
+    import resource
+except ModuleNotFoundError:  # Windows
+    resource = None  # type: ignore[assignment]
 
 _PACKAGES = ("mujoco", "dm-control", "torch", "numpy", "gymnasium")
 # Keys of notes in a run's provenance: from how many steps to how many it was prolonged, and what changed at a resume.
@@ -19,6 +25,14 @@ def versions() -> dict[str, str]:
     """Versions of Python and of the packages that a result depends on."""
     own = {"python": platform.python_version(), "asddpg": __version__}
     return own | {name: metadata.version(name) for name in _PACKAGES}
+
+
+def peak_memory() -> float | None:
+    """The most memory that this process has had, MB; None where the system does not say."""
+    if resource is None:
+        return None
+    most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # kB, on macOS bytes
+    return most / 1024 ** (2 if sys.platform == "darwin" else 1)
 
 
 def current_versions(environment: gymnasium.Env) -> dict[str, str]:

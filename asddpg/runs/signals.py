@@ -7,7 +7,8 @@ from typing import Any, Self
 
 from asddpg.messages import ERR, OUT
 
-_SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP)  # Ctrl-C, a scheduler, a terminal that is closed
+_HANGUP: signal.Signals = getattr(signal, "SIGHUP", signal.SIGTERM)  # Windows has none
+_SIGNALS = (signal.SIGINT, signal.SIGTERM, _HANGUP)  # Ctrl-C, a scheduler, a terminal that is closed
 
 
 class Stopped(Exception):  # noqa: N818  # it is no error
@@ -32,8 +33,8 @@ class StopSignals:
     @property
     def number(self) -> int:
         """The first signal, 0 where none came. A broken standard stream counts as SIGHUP, as a closed terminal is."""
-        if not self._number and (OUT.is_broken or ERR.is_broken) and signal.getsignal(signal.SIGHUP) != signal.SIG_IGN:
-            self._number = signal.SIGHUP
+        if not self._number and (OUT.is_broken or ERR.is_broken) and signal.getsignal(_HANGUP) != signal.SIG_IGN:
+            self._number = _HANGUP
         return self._number
 
     def raise_if_received(self) -> None:
@@ -48,7 +49,7 @@ class StopSignals:
     def __enter__(self) -> Self:
         self._before: dict[int, Any] = {}
         with suppress(ValueError):  # in a thread
-            for number in _SIGNALS:
+            for number in dict.fromkeys(_SIGNALS):
                 # Ignored signals stay ignored, such as SIGHUP under nohup; None is a handler that is not Python's.
                 if (before := signal.getsignal(number)) not in (signal.SIG_IGN, None):
                     signal.signal(number, self._record)

@@ -77,7 +77,7 @@ def read_metrics(run: RunFolder, config: TrainConfig) -> Metrics:
             | _validation_metrics(read_rows(run.validation))  # a short run may have none
             | {"switch_prefers": _switch_preference(run.steps, config) if run.steps.exists() else None}
             | {"steps_per_second": config.total_steps / seconds if seconds else None}
-            | {"memory_mb": resources["peak_memory_mb"]}
+            | {"memory_mb": resources.get("peak_memory_mb")}
         )
     except DAMAGE as error:
         raise UserError(f"{run.path} lacks a metric; remove it to train it again") from error

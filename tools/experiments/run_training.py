@@ -1,6 +1,5 @@
 """Trains runs, two at a time, each in a process of its own."""
 
-import fcntl
 import signal
 import subprocess
 import sys
@@ -10,6 +9,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 
+from asddpg.atomic_write import take_lock
 from asddpg.errors import UserError
 from asddpg.messages import print_line
 from asddpg.runs.safe_loading import CONTROLLER
@@ -104,7 +104,7 @@ def lock_folder(folder: Path) -> Iterator[int]:
     """Two programs in one folder would take each other's unfinished runs for interrupted ones; gives the lock."""
     with (folder / ".lock").open("w") as lock:
         try:
-            fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            take_lock(lock)
         except BlockingIOError as error:
             raise UserError(f"another program is training into {folder}; wait for it, or stop it") from error
         yield lock.fileno()

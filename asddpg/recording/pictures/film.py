@@ -1,7 +1,6 @@
 """Episodes as a film, an .mp4 that any browser plays."""
 
 import contextlib
-import fcntl
 from collections.abc import Callable, Mapping
 from fractions import Fraction
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any, SupportsFloat
 import numpy as np
 from PIL import Image
 
+from asddpg.atomic_write import take_lock
 from asddpg.episodes.protocols import Episode, Observation, Step
 from asddpg.errors import UserError
 from asddpg.recording.messages.path_message import DRIVER_COLOURS, OTHER_COLOUR
@@ -120,7 +120,7 @@ class Film:
 
     def _open(self) -> None:
         lock = self._closing.enter_context(self.part.open("ab"))  # until it is closed: one process films at a time
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        take_lock(lock)
         # "file:" lets no colon in a name make a protocol of it.
         self._container = self._av.open(f"file:{self.part}", "w", format="mp4", options=_IN_PROGRESS)
         stream = self._container.add_stream(CODEC, rate=self._rate, options=OPTIONS)
