@@ -44,6 +44,18 @@ def check_files(folder: PretrainedFolder) -> None:
     assert not [text for text in texts if re.search(r"/(home|root|tmp|Users|work)/", text)]
 
 
+def check_front_matter(folder: PretrainedFolder) -> None:
+    """What model hubs read of a card: the policy's name and its figures."""
+    _, front, _ = folder.card.read_text().split("---\n", 2)
+    content = yaml.safe_load(front)
+    (index,) = content["model-index"]
+    found = {metric["type"]: metric["value"] for metric in index["results"][0]["metrics"]}
+    tested = json.loads(folder.test.read_text())["actor"]
+    assert index["name"] == folder.path.name
+    assert found == {rate: round(tested[rate]["value"], 4) for rate in ("success_rate", "collision_rate")}
+    assert (content["license"], content["library_name"]) == ("mit", "asddpg")
+
+
 def config_by_the_cards_command(folder: PretrainedFolder) -> TrainConfig:
     """What the command on the card composes to."""
     (command,) = re.findall(r"^python -m asddpg\.train .*$", folder.card.read_text(), re.MULTILINE)

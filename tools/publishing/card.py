@@ -15,6 +15,7 @@ from tasks.gymnasium_api.navigation_env import id_and_scene
 from tasks.options import options_of
 from tasks.registry import ANYWHERE
 from tools.experiments.tables import markdown
+from tools.publishing.front_matter import RATES, front_matter
 
 _CARD = Template("""\
 # $name
@@ -94,7 +95,8 @@ def card(facts: Facts) -> str:
     """The card, Markdown."""
     config = facts.config
     chosen = "`last`" if facts.checkpoint == "last" else "`best`, where validation while training was best"
-    return _CARD.substitute(
+    rates = {rate: getattr(facts.metrics["actor"], rate).value for rate in RATES}
+    return front_matter(facts.name, config.task.name, rates) + _CARD.substitute(
         name=facts.name,
         task=config.task.name,
         step=facts.step,

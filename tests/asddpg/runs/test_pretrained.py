@@ -26,6 +26,7 @@ def test_all_that_is_shipped_is_there_and_nothing_else() -> None:
 def test_files_and_card(name: str) -> None:
     folder = open_pretrained(name)
     pretrained_checks.check_files(folder)
+    pretrained_checks.check_front_matter(folder)
     pretrained_checks.check_nothing_but_tensors(folder)
     pretrained_checks.check_the_cards_command(folder)
     names_in_it = pretrained_checks.run_the_cards_snippet(folder)
@@ -48,6 +49,5 @@ def test_it_drives_as_it_did(name: str) -> None:
     agent = make_agent(opened.config, environment)
     weights_file.load_into(opened.weights, agent.networks)
     pairs = stored_pairs(task.name, "test", task.goal_radius)[:EPISODES]
-    options = [{"start": pair.start, "goal": pair.goal} for pair in pairs]
-    outcomes = [run_episode(environment, actor_alone(agent), options=wanted).outcome for wanted in options]
+    outcomes = [run_episode(environment, actor_alone(agent), options=pair.reset_options).outcome for pair in pairs]
     assert outcomes.count("reached") >= tested["outcomes"][:EPISODES].count("reached") - LOST_AT_MOST

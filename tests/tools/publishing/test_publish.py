@@ -85,6 +85,7 @@ def test_a_published_policy_does_what_the_checkpoint_does(finished_run: RunFolde
 
 def test_its_files(published: PretrainedFolder) -> None:
     pretrained_checks.check_files(published)
+    pretrained_checks.check_front_matter(published)
     pretrained_checks.check_nothing_but_tensors(published)
     pretrained_checks.check_the_cards_command(published)
     assert pretrained_checks.run_the_cards_snippet(published)["policy"].config.seed == 3
