@@ -26,9 +26,13 @@ from tasks.rooms.slots import Slots
 
 FIRST_NUMBER, LAST_NUMBER = 1000, 10**9 - 1  # of the rooms of a training; those below are for validation and test
 OPEN = ("open", "bare")  # generators whose floor has no bounds
-# By default: of each generator twice as many rooms as of each task.
 GENERATED = ("cylinders", "clutter", "legs", "corridors", "maze", "rooms", "open")
-MIXTURE = (*GENERATED, *GENERATED, "nav_complex", "nav_gazebo", "nav_office")
+# By default: rooms with walls three times as often as others, for the detours that they ask for.
+_WALLED = ("corridors", "maze", "rooms")
+MIXTURE = (
+    *(name for generator in GENERATED for name in [generator] * (3 if generator in _WALLED else 1)),
+    *("nav_complex", "nav_gazebo", "nav_office"),
+)
 TRAINED_GOALS = (0.5, 10.0)  # m from start to goal as the crow flies
 _MAX_DRAWS, _MAX_ROOMS = 200, 20
 
