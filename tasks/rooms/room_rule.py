@@ -15,11 +15,13 @@ from tasks.room_geometry.obstacles import Obstacles
 from tasks.room_geometry.start_goal import DEFAULT_MIN_PATH, MARGIN, is_held_out
 from tasks.rooms.free_floor import label_pieces
 
+# m from start to goal as the crow flies: in its 40 s an episode drives 20 m at most, and ways have detours.
+MAX_DISTANCE = 10.0
 _MAX_DRAWS = 10_000
 
 
 class RoomRule:
-    """From any place where the robot can turn to any such place that it can drive to, at least 1 m away.
+    """From any place where the robot can turn to any such place that it can drive to, 1 m to 10 m away.
 
     FreeSpaceRule measures paths, which takes a minute in a hall; here the straight line bounds them.
 
@@ -62,10 +64,12 @@ class RoomRule:
         """Draw a start and a goal; TaskError where the room leaves none."""
         for _ in range(_MAX_DRAWS):
             (start, goal), yaw = (self._draw_place(rng) for _ in range(2)), rng.uniform(-pi, pi)
-            if np.hypot(goal[0] - start[0], goal[1] - start[1]) >= DEFAULT_MIN_PATH and not is_held_out(goal, held_out):
+            is_apart = DEFAULT_MIN_PATH <= np.hypot(goal[0] - start[0], goal[1] - start[1]) <= MAX_DISTANCE
+            if is_apart and not is_held_out(goal, held_out):
                 return Pose(*start, yaw), goal
         raise TaskError(
-            f"{_MAX_DRAWS} draws found no start and goal {DEFAULT_MIN_PATH:g} m apart: the room leaves too little floor"
+            f"{_MAX_DRAWS} draws found no start and goal {DEFAULT_MIN_PATH:g} m to {MAX_DISTANCE:g} m apart: the room "
+            "leaves too little floor"
         )
 
     def _draw_place(self, rng: np.random.Generator) -> tuple[float, float]:

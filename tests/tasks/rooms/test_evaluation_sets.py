@@ -90,6 +90,13 @@ def test_places_fill_the_floor_around_the_robot_and_no_other() -> None:
     assert drawn.max(axis=0) == pytest.approx([3.7, 2.7], abs=0.15)
 
 
+def test_a_hall_has_no_goals_that_an_episode_is_too_short_for() -> None:
+    rule, rng = RoomRule(compile_room(Room(walls(40.0, 40.0)))), np.random.default_rng(0)
+    drawn = [rule.draw(rng, np.zeros((0, 2))) for _ in range(50)]
+    distances = [np.hypot(goal[0] - start[0], goal[1] - start[1]) for start, goal in drawn]
+    assert 9.0 < max(distances) <= 10.0
+
+
 def test_a_small_room_has_fewer_pairs_and_leaves_floor_for_training() -> None:
     room = Room(walls(1.2, 1.2))
     sets = sets_of(room)
