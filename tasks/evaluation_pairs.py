@@ -28,6 +28,7 @@ MOST_CELLS = 500_000  # of a large room cells grow with it: a search takes a sec
 SEED = 2018  # of the pairs in generated rooms
 EVALUATED_GOALS = (1.5, 10.0)  # m from start to goal as the crow flies, in generated rooms
 LONGEST = 10.0  # m, of the shortest path there: an episode lasts 20 m at full speed
+LONGEST_OF_ROOM = 16.0  # m, likewise in a room of the user's own, unless its pairs are its own
 ROBOT_RADIUS = 0.19  # m: half the Pioneer's width, to the centimetre: the space for driving straight through a gap
 
 
@@ -97,9 +98,10 @@ def _search_pairs(
 ) -> tuple[Pair, ...]:
     """The pairs of a task, or of a room, which has a digest: its file may change."""
     if digest:
-        model = task_model(task_name, robot=robot)
-        pairs = draw_sets(find_room(task_name), RoomRule(model))[set_name][:count]
-        return find_paths(pairs, model, goal_radius, ROOM_CELL)
+        model, room = task_model(task_name, robot=robot), find_room(task_name)
+        drawn = find_paths(draw_sets(room, RoomRule(model))[set_name][:count], model, goal_radius, ROOM_CELL)
+        short = tuple(pair for pair in drawn if pair.shortest_path <= LONGEST_OF_ROOM)
+        return drawn if room.pairs or not short else short
     pairs = held_out_pairs(task_name, set_name)
     if robot == PIONEER and goal_radius == GOAL_RADIUS:
         return pairs[:count]

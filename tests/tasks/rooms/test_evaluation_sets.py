@@ -15,6 +15,7 @@ from tasks.registry import task_model
 from tasks.room_geometry.held_out import Pair
 from tasks.room_geometry.start_goal import HELD_OUT_MARGIN
 from tasks.rooms.pairs import SIZES, draw_sets
+from tasks.rooms.reading import find_room
 from tasks.rooms.room import Obstacle, Room, Shape, box, cylinder
 from tasks.rooms.room_rule import RoomRule
 from tasks.rooms.scene import compile_room
@@ -95,6 +96,17 @@ def test_a_hall_has_no_goals_that_an_episode_is_too_short_for() -> None:
     drawn = [rule.draw(rng, np.zeros((0, 2))) for _ in range(50)]
     distances = [np.hypot(goal[0] - start[0], goal[1] - start[1]) for start, goal in drawn]
     assert 9.0 < max(distances) <= 10.0
+
+
+def test_a_way_longer_than_an_episode_is_no_test(tmp_path: Path) -> None:
+    aisle, ends = f"#{' ' * 20}#", (f"{'#' * 20} #", f"# {'#' * 20}")  # walls that are open at either end in turn
+    inside = [row for turn in range(6) for row in (ends[turn % 2], aisle)]
+    path = tmp_path / "maze.txt"
+    path.write_text("\n".join(["#" * 22, aisle, *inside, "#" * 22]) + "\n")
+    drawn = draw_sets(find_room(str(path)), RoomRule(task_model(str(path))))["validation"]
+    lengths = [pair.shortest_path for pair in stored_pairs(str(path), "validation", GOAL_RADIUS)]
+    assert 5 < len(lengths) < len(drawn)
+    assert 10.0 < max(lengths) <= 16.0
 
 
 def test_a_small_room_has_fewer_pairs_and_leaves_floor_for_training() -> None:
