@@ -133,7 +133,8 @@ def test_learns_an_identity_task(controller: Any, learning: dict[str, Any]) -> N
     train(agent, 3000)
     after = mean_reward(actor_alone(agent))
     assert before < -0.1
-    assert after > -0.01, after
+    # bfloat16 rounds by 0.4 %, each kind of processor in its own way.
+    assert after > (-0.02 if learning.get("precision") == "bfloat16" else -0.01), after
 
 
 def random_batch(size: int = 16) -> Batch:
