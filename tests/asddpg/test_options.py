@@ -67,7 +67,7 @@ def test_help_lists_every_option_and_each_is_accepted_with_its_default(
 def test_every_program_stands_in_the_reference() -> None:
     paths = (path.relative_to(ROOT) for package in ("asddpg", "tools") for path in (ROOT / package).rglob("*.py"))
     programs = {".".join(path.with_suffix("").parts) for path in paths if "__main__" in (ROOT / path).read_text()}
-    assert programs == set(PROGRAMS)
+    assert programs - {"asddpg.__main__"} == set(PROGRAMS)  # which runs the others, and has no options
     reference = options_reference()
     for program in PROGRAMS:
         assert f"## `{program}`" in reference
