@@ -11,11 +11,6 @@ from asddpg.config import TrainConfig
 from asddpg.recording.recorder import Provenance
 from asddpg.runs.run_folder import config_text
 
-try:
-    import resource
-except ModuleNotFoundError:  # Windows
-    resource = None  # type: ignore[assignment]
-
 _PACKAGES = ("mujoco", "dm-control", "torch", "numpy", "gymnasium")
 # Keys of notes in a run's provenance: from how many steps to how many it was prolonged, and what changed at a resume.
 PROLONGED, RESUMED = "prolonged", "resumed"
@@ -29,7 +24,9 @@ def versions() -> dict[str, str]:
 
 def peak_memory() -> float | None:
     """The most memory that this process has had, MB; None where the system does not say."""
-    if resource is None:
+    try:
+        import resource
+    except ModuleNotFoundError:  # Windows
         return None
     most = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss  # kB, on macOS bytes
     return most / 1024 ** (2 if sys.platform == "darwin" else 1)
