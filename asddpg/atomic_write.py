@@ -63,7 +63,7 @@ def locked(folder: Path) -> Iterator[None]:
 
 
 def take_lock(file: int | IO[Any], waits: bool = False) -> None:
-    """Take the kernel's lock of an open file or folder, held until it is closed; without fcntl there is none.
+    """Take the kernel's lock of an open file or folder, held until it is closed; without fcntl nothing is locked.
 
     Raises:
         BlockingIOError: another process has it, and this one does not wait.

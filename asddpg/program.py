@@ -15,8 +15,6 @@ from asddpg.errors import NumericalFailure, UserError
 from asddpg.messages import ERR, OUT, is_gone, print_line
 from tasks.errors import TaskError
 
-HANGUP = tuple(filter(None, (getattr(signal, "SIGHUP", None),)))  # Windows has none
-
 
 def python() -> str:
     """How the user calls this Python: by its path below the present folder, as in .venv, or by name."""
@@ -67,7 +65,7 @@ def _end_on_signals() -> None:
     def end(number: int, _: object) -> None:
         sys.exit(128 + number)
 
-    for number in (signal.SIGTERM, *HANGUP):
+    for number in (signal.SIGTERM, getattr(signal, "SIGHUP", signal.SIGTERM)):  # Windows has no SIGHUP
         if signal.getsignal(number) == signal.SIG_DFL:  # and not ignored, as under nohup
             signal.signal(number, end)
 

@@ -42,15 +42,15 @@ def write_onnx(path: Path, networks: Networks, config: TrainConfig, title: str, 
         raise UserError(f"{title} has no switch: its agent, {config.agent.name}, was trained without a controller")
     model = build_graph(networks, config.task, with_switch)
     names = [value.name for value in (*model.graph.input, *model.graph.output)]
-    metadata = {**describe(config, title), **{name: DESCRIPTIONS[name] for name in names}}
+    metadata = {**describe(networks, config, title), **{name: DESCRIPTIONS[name] for name in names}}
     onnx.helper.set_model_props(model, {name: _text(value) for name, value in metadata.items()})
     model.doc_string = f"{title}: a policy for local navigation. Call it once every control_timestep."
     write_whole(path, model.SerializeToString(deterministic=True))
 
 
-def describe(config: TrainConfig, title: str) -> dict[str, object]:
+def describe(networks: Networks, config: TrainConfig, title: str) -> dict[str, object]:
     """What a user of the file must know, by name; SI units."""
-    task, laser = config.task, config.task.laser
+    task, laser, shape = config.task, config.task.laser, networks.shape
     return {
         "policy": title,
         "asddpg_version": __version__,
@@ -60,8 +60,8 @@ def describe(config: TrainConfig, title: str) -> dict[str, object]:
         "beam_angles": np.round(laser.ring.angles(), 9).tolist(),  # rad from straight ahead, to the left positive
         "min_range": laser.min_range,
         "max_range": laser.max_range,
-        "linear_velocity": [task.min_linear_velocity, task.max_linear_velocity],
-        "angular_velocity": [-task.max_angular_velocity, task.max_angular_velocity],
+        "command_low": [*shape.action_low],  # m/s and rad/s; a robot of the user's own has its own
+        "command_high": [*shape.action_high],
         "goal_radius": task.goal_radius,
     }
 

@@ -83,15 +83,15 @@ def _describe(name: str, shape: Sequence[int]) -> onnx.ValueInfoProto:
 
 
 def _stack_scans(graph: _Graph, task: TaskConfig) -> str:
-    """[N, S, B] metres, newest first; a previous scan of zeros is none, and the newest stands for it."""
+    """[N, S, B] metres, newest first; zeros mark a missing previous scan, and the newest stands for it."""
     laser, last = task.laser, task.num_scans - 1
     clipped = graph.add("Clip", RANGES, graph.constant(laser.min_range), graph.constant(laser.max_range))
     newest = graph.add("Reshape", clipped, graph.constant([-1, 1, laser.num_beams, laser.rays_per_beam], np.int64))
     newest = graph.add("ReduceMin", newest, graph.constant([3], np.int64), keepdims=0)
     if not last:
         return newest
-    is_none = graph.add("LessOrEqual", PREVIOUS, graph.constant(0.0))
-    older = graph.add("Where", is_none, newest, PREVIOUS)
+    is_missing = graph.add("LessOrEqual", PREVIOUS, graph.constant(0.0))
+    older = graph.add("Where", is_missing, newest, PREVIOUS)
     scans = graph.add("Concat", newest, older, axis=1)
     bounds = (graph.constant([each], np.int64) for each in (0, last, 1))
     graph.add("Slice", scans, *bounds, name=SCANS)

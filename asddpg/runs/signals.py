@@ -7,8 +7,8 @@ from typing import Any, Self
 
 from asddpg.messages import ERR, OUT
 
-_HANGUP: signal.Signals = getattr(signal, "SIGHUP", signal.SIGTERM)  # Windows has none
-_SIGNALS = (signal.SIGINT, signal.SIGTERM, _HANGUP)  # Ctrl-C, a scheduler, a terminal that is closed
+_HANGUP: signal.Signals = getattr(signal, "SIGHUP", signal.SIGTERM)  # Windows has no SIGHUP
+_SIGNALS = {signal.SIGINT, signal.SIGTERM, _HANGUP}  # Ctrl-C, a scheduler, a terminal that is closed
 
 
 class Stopped(Exception):  # noqa: N818  # it is no error
@@ -49,7 +49,7 @@ class StopSignals:
     def __enter__(self) -> Self:
         self._before: dict[int, Any] = {}
         with suppress(ValueError):  # in a thread
-            for number in dict.fromkeys(_SIGNALS):
+            for number in _SIGNALS:
                 # Ignored signals stay ignored, such as SIGHUP under nohup; None is a handler that is not Python's.
                 if (before := signal.getsignal(number)) not in (signal.SIG_IGN, None):
                     signal.signal(number, self._record)

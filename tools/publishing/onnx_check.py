@@ -28,13 +28,13 @@ class OnnxPolicy:
         self._session = onnxruntime.InferenceSession(str(file), options, providers=["CPUExecutionProvider"])
         self._outputs = [value.name for value in self._session.get_outputs()]
         shapes = {value.name: value.shape[1:] for value in self._session.get_inputs()}
-        self._none = {PREVIOUS: np.zeros((1, *shapes[PREVIOUS]), np.float32)} if PREVIOUS in shapes else {}
-        self._kept = self._none
+        self._initial = {PREVIOUS: np.zeros((1, *shapes[PREVIOUS]), np.float32)} if PREVIOUS in shapes else {}
+        self._kept = self._initial
         self._last: dict[str, npt.NDArray[np.float32]] = {}
 
     def reset(self) -> None:
         """Forget the scans."""
-        self._kept = self._none
+        self._kept = self._initial
 
     def act(self, ranges: npt.ArrayLike, velocity: npt.ArrayLike, goal: npt.ArrayLike) -> npt.NDArray[np.float32]:
         """V and ω for a scan by the policy's own beams; SI units."""
