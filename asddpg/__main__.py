@@ -7,6 +7,7 @@ import sys
 from contextlib import suppress
 
 from asddpg import __version__
+from asddpg.messages import ERR, print_line
 
 # Program → what it does. `asddpg train` is `python -m asddpg.train`, and so on.
 PROGRAMS = {
@@ -42,11 +43,11 @@ def main() -> None:
     """Run the program that the first argument names, on the arguments after it."""
     name, arguments = (sys.argv[1], sys.argv[2:]) if len(sys.argv) > 1 else ("help", [])
     if name in ("help", "-h", "--help"):
-        print(_usage())
+        print_line(_usage())
     elif name in ("version", "-V", "--version"):
-        print(f"asddpg {__version__}")
+        print_line(f"asddpg {__version__}")
     elif name not in _NAMES:
-        print(f"error: {_unknown(name)}", file=sys.stderr)
+        print_line(f"error: {_unknown(name)}", ERR)
         sys.exit(2)
     else:
         _find_users_files()
